@@ -99,7 +99,7 @@ def parcel_fields(
         near: points, lines or areas by names of fields, in metres from the frame's origin: the distance in metres from
             a point inside the parcel.
         rasters: [N] values of rasters by names of fields.
-        attributes: names of columns of numbers or flags of the map.
+        attributes: names of columns of numbers or flags of the map; those with the name of another field are left out.
 
     Raises:
         UsageError: If an attribute is missing or not numeric, or two fields have one name.
@@ -124,7 +124,7 @@ def parcel_fields(
         fields = fields.with_field("elevation", "m", parcels.elevation)
     for name, values in (rasters or {}).items():
         fields = fields.with_field(name, "", values)
-    for name in attributes:
+    for name in [name for name in attributes if name not in fields.name]:
         fields = fields.with_field(name, "", numeric_attribute(parcels, name))
     return fields
 
@@ -135,8 +135,7 @@ def numeric_attribute(parcels: Parcels, name: str) -> Floats:
     Raises:
         UsageError: If the map has no such column of numbers or flags.
     """
-    names = parcels.attributes.column_names
-    numeric = [column for column in names if _is_numeric(parcels.attributes.schema.field(column).type)]
+    names, numeric = parcels.attributes.column_names, numeric_attributes(parcels)
     if name not in numeric:
         raise UsageError(
             f"attribute {shown(name)}: expected a column of numbers, one of {', '.join(numeric[:_MAX_NAMED]) or 'none'}"
@@ -144,6 +143,11 @@ def numeric_attribute(parcels: Parcels, name: str) -> Floats:
         )
     column = pc.cast(parcels.attributes.column(name), pa.float64(), safe=False)
     return column.to_numpy(zero_copy_only=False).astype(np.float64)
+
+
+def numeric_attributes(parcels: Parcels) -> tuple[str, ...]:
+    """Names of the columns of numbers or flags of a map."""
+    return tuple(field.name for field in parcels.attributes.schema if _is_numeric(field.type))
 
 
 def _is_numeric(kind: pa.DataType) -> bool:

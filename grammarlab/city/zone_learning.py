@@ -1,18 +1,19 @@
 """Zone densities learned from right zones of some parcels.
 
 The scales of the constant, the slopes and the kernel, the kernel's length and a centre are learned by the evidence
-(`grammarlab.city.softmax_process`), the weights by the mode. A field that the answers do not depend on is left out.
+(`grammarlab.city.softmax_process`), the weights by the mode. A field stays only if the evidence, less the price of its
+choice among all fields, is larger with it; so does the kernel.
 
 A map often has a centre from which zones change in all directions (J. H. von Thünen, *Der isolierte Staat*, 1826;
 W. Alonso, *Location and Land Use*, 1964), and nobody says where it is. So the distance to an unknown point is one more
-field; it is used if the evidence, less the price of its two coordinates (G. Schwarz, "Estimating the dimension of a
-model", 1978), is larger with it.
+field, whose price is that of its two coordinates (G. Schwarz, "Estimating the dimension of a model", 1978).
 
 The result depends on the answers and the fields of their parcels, and neither on other parcels nor on any order.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +23,7 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city.fields import ParcelFields
-from grammarlab.city.softmax_process import Evidence, Mode, evidence_of, mode_of
+from grammarlab.city.softmax_process import Mode, evidence_of, mode_of
 from grammarlab.city.zone_density import Feature, ZoneDensity, places_km, standardised, text_words
 from grammarlab.city.zone_design import ZoneDesign, rounded, spread_order, whitened_kernels
 from grammarlab.errors import UsageError
@@ -38,9 +39,10 @@ _SEARCH_PLACES, _SEARCH_ANSWERS = 64, 1024
 _PRIOR_RATE = 1.0
 """Rate of the exponential prior of each scale, per unit of log-odds: 5 % are larger than 3 (D. Simpson et al.,
 "Penalising model component complexity", 2017). Its highest density is at 0: no effect."""
+_CONSTANT_RATE = 0.1
+"""The same of the constant: zones may be rare everywhere."""
 _SCALES = (0.01, 20.0)
-"""Smallest and largest scale, in log-odds. Fields of the smallest one are left out."""
-_FIRST_SCALE = 1.0
+"""Smallest and largest scale, in log-odds. What has the smallest one has no effect."""
 _LENGTHS = 2.0 ** np.arange(-2, 3)
 """Candidate lengths of the kernel, by the spread of the answers."""
 _CENTRES_PER_SIDE, _CENTRE_REACH = 7, 1.5
@@ -62,15 +64,22 @@ class LearnedZones:
     counts: Floats
     """[n, K] answers for each zone."""
     evidence: float
-    """Logarithm of the evidence."""
+    """Logarithm of the evidence, less the prices of choices."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Candidate:
-    """A design with its evidence, less the prices of its hyperparameters."""
+class _Explanation:
+    """What the answers may depend on."""
 
-    value: float
-    design: ZoneDesign
+    scales: Floats
+    """[F + 3] scales of the constant, the slopes of F fields, the slope of the distance to a centre, and the kernel;
+    0 for what has no effect."""
+    centre: Floats
+    """[2] km."""
+    length: float
+    """Length of the kernel in km."""
+    value: float = -np.inf
+    """Logarithm of the evidence, with the priors of the scales and less the prices of choices."""
 
 
 def learned_zones(fields: ParcelFields, counts: Floats, zones: tuple[str, ...], answers: str) -> LearnedZones:
@@ -93,14 +102,17 @@ def learned_zones(fields: ParcelFields, counts: Floats, zones: tuple[str, ...], 
     order = order[counts[order].sum(axis=1) > 0.0]
     fields, counts = fields.take(order), counts[order]
     with threadpool_limits(1, "blas"):
-        candidate = _chosen(_Search(fields, counts))
-        order = spread_order(places_km(fields, fields.frame), min(MAX_PLACES, _MAX_WEIGHTS // len(zones)))
-        places = rounded(places_km(fields, fields.frame)[order])
-        design = _without_idle_fields(replace(candidate.design, places=places))
+        search = _Search(fields, counts)
+        explanation = search.explained()
+        design = search.design(explanation)
+        if len(design.places):
+            u = places_km(fields, fields.frame)
+            places = u[spread_order(u, min(MAX_PLACES, _MAX_WEIGHTS // len(zones)))]
+            design = replace(design, places=rounded(places))
         mode = mode_of(design.rows(fields), counts)
     density = design.density(mode, zones, answers)
     return LearnedZones(
-        density=density, design=design, mode=mode, fields=fields, counts=counts, evidence=candidate.value
+        density=density, design=design, mode=mode, fields=fields, counts=counts, evidence=explanation.value
     )
 
 
@@ -109,97 +121,120 @@ class _Search:
 
     def __init__(self, fields: ParcelFields, counts: Floats) -> None:
         rows = np.sort(np.argsort(text_words(fields.id))[:_SEARCH_ANSWERS])
-        self.fields, self.counts = fields.take(rows), counts[rows]
-        self.u = places_km(self.fields, fields.frame)
+        self.frame, self.counts = fields.frame, counts[rows]
+        self.u = places_km(fields, fields.frame)[rows]
         self.places = self.u[spread_order(self.u, _SEARCH_PLACES)]
         self.spread = max(float(rounded(np.sqrt(self.u.var(axis=0).sum()))), 1e-3)
         """Root mean square distance of the answers from their middle in km, at least one metre."""
-        self.features = _features(self.fields)
-        self.x = standardised(self.fields, self.u, self.features)
+        self.features = _features(fields.take(rows))
+        self.x = standardised(fields.take(rows), self.u, self.features)
+        self.rates = np.full(len(self.features) + 3, _PRIOR_RATE)
+        self.rates[0] = _CONSTANT_RATE
+        self.prices = np.full(len(self.rates), np.log(1.0 + len(self.features)))
+        """[F + 3] price of each scale that is not 0, in nats."""
+        self.prices[[0, -2, -1]] = 0.0, np.log(max(counts.sum(), 1.0)), np.log(len(_LENGTHS))
 
-    def improved(self, length: float | None, start: Floats, centre: Floats | None) -> _Candidate:
-        """The best scales, and the best centre near one, for a length of the kernel, or without a kernel.
+    def explained(self) -> _Explanation:
+        """The best explanation."""
+        lengths = [float(rounded(length)) for length in _LENGTHS * self.spread]
+        plain = np.ones(len(self.rates))
+        plain[-2] = 0.0
+        centre = max(self._centres(), key=self._evidence_at)
+        without_kernel = np.where(np.arange(len(plain)) == len(plain) - 1, 0.0, 1.0)
+        centred = self.improved(_Explanation(without_kernel, centre, lengths[0]))
+        centred = replace(centred, scales=np.append(centred.scales[:-1], 1.0))
+        starts = (_Explanation(plain, centre, lengths[0]), centred)
+        return max((self._pruned(self._with_length(start, lengths)) for start in starts), key=_value)
 
-        Args:
-            length: km.
-            start: scales of the constant, the slopes and the kernel to start from.
-            centre: [2] km; None without the distance to a centre.
-        """
-        kernels = np.zeros((len(self.u), 0)) if length is None else whitened_kernels(self.u, self.places, length)
-        num_scales = 2 + self.x.shape[1] + (centre is not None)
-        group = np.minimum(np.arange(num_scales - 1 + kernels.shape[1]), num_scales - 1)
-        last = Evidence(Mode(np.zeros((len(group), self.counts.shape[1] - 1)), 0.0), 0.0, kernels, kernels)
+    def improved(self, start: _Explanation) -> _Explanation:
+        """The explanation with the best scales, of those that are not 0, and the best centre near the given one."""
+        used = np.flatnonzero(start.scales)
+        num, has_centre = len(used), bool(start.scales[-2])
+        kernels = np.zeros((len(self.u), 0))
+        if start.scales[-1]:
+            kernels = whitened_kernels(self.u, self.places, start.length)
+        fixed = np.column_stack([np.ones(len(self.u)), self.x])
+        columns = used[used < fixed.shape[1]]
+        group = np.concatenate([np.arange(num - bool(start.scales[-1])), np.full(kernels.shape[1], num - 1)])
+        weights = np.zeros((len(group), self.counts.shape[1] - 1))
 
         def negative(flat: Floats) -> tuple[float, Floats]:
-            nonlocal last
-            scales, position = np.exp(flat[:num_scales]), flat[num_scales:] * self.spread
-            columns = [np.ones((len(self.u), 1)), self.x]
-            if centre is not None:
-                columns.append(self._distance(position)[:, None])
-            design = np.hstack([*columns, kernels]) * scales[group]
-            last = evidence_of(design, self.counts, last.mode.weights)
-            slope = np.bincount(group, (last.slope * design).sum(axis=0), num_scales) - _PRIOR_RATE * scales
-            if centre is not None:
-                index = num_scales - 2
-                offset = position - self.u
-                distance = np.maximum(np.hypot(*offset.T), 1e-9)[:, None]
-                slope = np.append(slope, last.slope[:, index] @ (scales[index] * offset / distance))
-            return _PRIOR_RATE * scales.sum() - last.value, -slope
+            nonlocal weights
+            scales, centre = np.exp(flat[:num]), flat[num:] * self.spread
+            parts = [fixed[:, columns], kernels]
+            if has_centre:
+                parts.insert(1, self._distance(centre)[:, None])
+            design = np.hstack(parts) * scales[group]
+            evidence = evidence_of(design, self.counts, weights)
+            weights = evidence.mode.weights
+            slope = np.bincount(group, (evidence.slope * design).sum(axis=0), num) - self.rates[used] * scales
+            if has_centre:
+                offset = centre - self.u
+                direction = offset / np.maximum(np.hypot(*offset.T), 1e-9)[:, None]
+                slope = np.append(slope, evidence.slope[:, len(columns)] @ direction * scales[len(columns)])
+            return self.rates[used] @ scales - evidence.value, -slope
 
-        first = np.log(np.clip(start, 10 * _SCALES[0], _SCALES[1]))
-        bounds = [tuple(np.log(_SCALES))] * num_scales
-        if centre is not None:
-            first, bounds = np.append(first, centre / self.spread), [*bounds, (None, None), (None, None)]
-        options = {"maxiter": _MAX_STEPS, "ftol": 1e-5, "gtol": 1e-2}
+        first = np.log(np.clip(start.scales[used], 10 * _SCALES[0], _SCALES[1]))
+        bounds: list[tuple[float | None, float | None]] = [(np.log(_SCALES[0]), np.log(_SCALES[1]))] * num
+        if has_centre:
+            first, bounds = np.append(first, start.centre / self.spread), [*bounds, (None, None), (None, None)]
+        options = {"maxiter": _MAX_STEPS, "ftol": 1e-4, "gtol": 1e-2}
         result = minimize(negative, first, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
-        features, value = self.features, -float(result.fun)
-        if centre is not None:
-            features = (*features, self._feature(result.x[num_scales:] * self.spread))
-            value -= np.log(self.counts.sum())  # half the logarithm of the number of answers, for each coordinate
-        scales = rounded(np.exp(result.x[:num_scales]))
-        places = self.places if length is not None else self.places[:0]
-        design = ZoneDesign(
-            frame=self.fields.frame, features=features, places=places, length=length or self.spread, scales=scales
-        )
-        return _Candidate(value, design)
+        scales = np.zeros(len(start.scales))
+        scales[used] = np.exp(result.x[:num])
+        centre = result.x[num:] * self.spread if has_centre else start.centre
+        return replace(start, scales=scales, centre=centre, value=-float(result.fun) - self.prices[used].sum())
 
-    def centres(self) -> Floats:
-        """[c, 2] candidate centres in km."""
+    def design(self, explanation: _Explanation) -> ZoneDesign:
+        """The design of an explanation; without a kernel it has no places."""
+        scales = rounded(explanation.scales)
+        east, north = rounded(explanation.centre).tolist()
+        distance = Feature(DISTANCE, "km", self.spread, self.spread, centre=(east, north))
+        used = scales[1:-1] > 0.0
+        features = [feature for feature, useful in zip((*self.features, distance), used, strict=True) if useful]
+        return ZoneDesign(
+            frame=self.frame,
+            features=tuple(features),
+            places=self.places if scales[-1] else self.places[:0],
+            length=explanation.length,
+            scales=np.concatenate([scales[:1], scales[1:-1][used], scales[-1:]]),
+        )
+
+    def _with_length(self, start: _Explanation, lengths: Sequence[float]) -> _Explanation:
+        """The best of explanations with each length of the kernel; each starts from the scales of the one before."""
+        explanations = [start]
+        for length in lengths:
+            explanations.append(self.improved(replace(explanations[-1], length=length)))
+        return max(explanations[1:], key=_value)
+
+    def _pruned(self, start: _Explanation) -> _Explanation:
+        """An explanation without what is not worth its price, the smallest scales first."""
+        best = start
+        for index in np.argsort(start.scales).tolist():
+            if index and start.scales[index]:
+                scales = best.scales.copy()
+                scales[index] = 0.0
+                shorter = self.improved(replace(best, scales=scales))
+                best = max(best, shorter, key=_value)
+        return best
+
+    def _centres(self) -> list[Floats]:
+        """Candidate centres in km."""
         steps = np.linspace(-_CENTRE_REACH, _CENTRE_REACH, _CENTRES_PER_SIDE)
         grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-        return self.u.mean(axis=0) + grid * np.maximum(self.u.std(axis=0), 1e-3)
+        return list(self.u.mean(axis=0) + grid * np.maximum(self.u.std(axis=0), 1e-3))
 
-    def evidence_at(self, centre: Floats) -> float:
-        """Evidence of the distance to a point, without a kernel."""
+    def _evidence_at(self, centre: Floats) -> float:
+        """Evidence of the fields and the distance to a point with scales of 1, without a kernel."""
         design = np.column_stack([np.ones(len(self.u)), self.x, self._distance(centre)])
-        return evidence_of(design * _FIRST_SCALE, self.counts).value
-
-    def _feature(self, centre: Floats) -> Feature:
-        east, north = rounded(centre).tolist()
-        return Feature(DISTANCE, "km", self.spread, self.spread, centre=(east, north))
+        return evidence_of(design, self.counts).value
 
     def _distance(self, centre: Floats) -> Floats:
         return np.hypot(*(self.u - centre).T) / self.spread - 1.0
 
 
-def _chosen(search: _Search) -> _Candidate:
-    """The best candidate with a centre or without."""
-    num = 2 + len(search.features)
-    plain = _best_length(search, np.full(num, _FIRST_SCALE), None)
-    centres = search.centres()
-    centre = centres[int(np.argmax([search.evidence_at(centre) for centre in centres]))]
-    around = search.improved(None, np.full(num + 1, _FIRST_SCALE), centre)
-    centred = _best_length(search, around.design.scales, np.array(around.design.features[-1].centre))
-    return max(plain, centred, key=lambda candidate: candidate.value)
-
-
-def _best_length(search: _Search, start: Floats, centre: Floats | None) -> _Candidate:
-    """The best candidate of all lengths; each starts from the scales of the one before."""
-    candidates = list[_Candidate]()
-    for length in _LENGTHS * search.spread:
-        candidates.append(search.improved(float(rounded(length)), start, centre))
-        start = candidates[-1].design.scales
-    return max(candidates, key=lambda candidate: candidate.value)
+def _value(explanation: _Explanation) -> float:
+    return explanation.value
 
 
 def _features(fields: ParcelFields) -> tuple[Feature, ...]:
@@ -216,14 +251,6 @@ def _features(fields: ParcelFields) -> tuple[Feature, ...]:
         numbers = np.log1p(present) if is_log else present
         features.append(Feature(name, unit, float(numbers.mean()), float(numbers.std()), is_log))
     return tuple(features)
-
-
-def _without_idle_fields(design: ZoneDesign) -> ZoneDesign:
-    """A design without the fields, or the kernel, whose scales are the smallest."""
-    decides = design.scales > 2 * _SCALES[0]
-    features = tuple(feature for feature, useful in zip(design.features, decides[1:-1], strict=True) if useful)
-    scales = np.concatenate([design.scales[:1], design.scales[1:-1][decides[1:-1]], design.scales[-1:]])
-    return replace(design, features=features, scales=scales, places=design.places if decides[-1] else design.places[:0])
 
 
 def shares_of_log_odds(learned: LearnedZones) -> dict[str, float]:

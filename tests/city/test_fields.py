@@ -42,5 +42,7 @@ def test_attributes_are_numbers_and_unknown_where_there_is_none():
     np.testing.assert_array_equal(numeric_attribute(PARCELS, "flat")[:2], [1.0, np.nan])
     with pytest.raises(UsageError, match="attribute 'use': expected a column of numbers, one of height, flat"):
         numeric_attribute(PARCELS, "use")
+    area = quarter(500, area=np.zeros(500))
+    assert parcel_fields(area, attributes=["area"]).name == ("area", "aspect")
     with pytest.raises(UsageError, match="different names"):
-        parcel_fields(PARCELS, attributes=["height"], rasters={"height": np.zeros(500)})
+        parcel_fields(PARCELS, near={"height": shapely.Point()}, rasters={"height": np.zeros(500)})

@@ -1,0 +1,102 @@
+"""Which parcels to ask about next: those whose answers are expected to tell most about the zones of the whole map.
+
+The expected divergence of the learned probabilities from the true ones is, to second order, half the trace of the
+Fisher information times the covariance of the log-odds, summed over the map. The next question is the parcel whose
+answer makes this sum smallest; its answer is then taken as given, and so on (D. MacKay, "Information-based objective
+functions for active data selection", 1992: the mean marginal information).
+
+That expectation believes what is learned so far, and early on this may be wrong. So every other question is a parcel
+chosen by its id, as if at random.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import softmax
+from threadpoolctl import threadpool_limits
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.city.fields import ParcelFields
+from grammarlab.city.softmax_process import contrasts, evidence_of, fisher_information
+from grammarlab.city.zone_density import places_km, text_words
+from grammarlab.city.zone_design import spread_order
+from grammarlab.city.zone_learning import LearnedZones
+
+_SAMPLE = 512
+"""Parcels, chosen by their ids, that may be asked about, and that stand for the map. A budget: half a second."""
+_MAX_SIZE = 1_500_000
+"""Most numbers of the covariance between them; with many zones there are fewer parcels."""
+_JITTER = 1e-9
+
+
+def first_questions(fields: ParcelFields, num: int) -> NDArray[np.object_]:
+    """[q] ids of at most `num` parcels to begin with: each the farthest from those before, among some chosen by id.
+
+    Args:
+        fields: fields of the parcels of the map.
+        num: number of questions.
+    """
+    sample = fields.take(_sample(fields, _SAMPLE))
+    return sample.id[spread_order(places_km(sample, sample.frame), num)]
+
+
+def next_questions(learned: LearnedZones, fields: ParcelFields, num: int) -> NDArray[np.object_]:
+    """[q] ids of at most `num` parcels without an answer, the most informative first.
+
+    Args:
+        learned: the zones learned so far.
+        fields: fields of the parcels of the map.
+        num: number of questions.
+    """
+    size = len(learned.density.zones) - 1
+    most = min(_SAMPLE, int(np.sqrt(_MAX_SIZE) / size))
+    unasked = np.flatnonzero(~np.isin(fields.id, learned.fields.id))
+    sample = fields.take(unasked[_sample(fields.take(unasked), most)])
+    with threadpool_limits(1, "blas"):
+        rows = learned.design.rows(sample)
+        covariance = _covariance(learned, rows)
+        by_id = np.argsort(text_words(sample.id), kind="stable")
+        odds = rows @ learned.mode.weights @ contrasts(size + 1).T
+        information = fisher_information(softmax(odds, axis=1), np.ones(len(sample)))
+        chosen = _chosen(covariance, information, by_id, min(num, len(sample)))
+    return sample.id[chosen]
+
+
+def _sample(fields: ParcelFields, most: int) -> Ints:
+    """Rows of at most `most` parcels, chosen by their ids, in the order of the ids."""
+    rows = np.argsort(text_words(fields.id), kind="stable")[:most]
+    return rows[np.argsort(fields.id[rows].astype(str), kind="stable")]
+
+
+def _covariance(learned: LearnedZones, rows: Floats) -> Floats:
+    """[S, K - 1, S, K - 1] covariance of the log-odds of parcels with rows [S, D], in contrasts."""
+    design = learned.design.rows(learned.fields)
+    covariance = evidence_of(design, learned.counts, learned.mode.weights).covariance
+    return np.einsum("id,adbe,je->iajb", rows, covariance, rows, optimize=True)
+
+
+def _chosen(covariance: Floats, information: Floats, others: Ints, num: int) -> Ints:
+    """Indices of parcels: by turns the one that makes the expected divergence smallest, and the next of the others.
+
+    Args:
+        covariance: [S, k, S, k] of the log-odds.
+        information: [S, k, k] of an answer about each parcel.
+        others: [S] all indices.
+        num: number of indices.
+    """
+    size = information.shape[1]
+    factor = np.linalg.cholesky(information + _JITTER * np.eye(size))
+    # In units in which an answer has the error 1: the divergence is half the trace of the covariance.
+    scaled = np.einsum("iap,iajb,jbq->ipjq", factor, covariance, factor, optimize=True)
+    chosen = list[int]()
+    for turn in range(num):
+        index = np.arange(len(scaled))
+        own = scaled[index, :, index] + np.eye(size)
+        gain = np.einsum("ipjq,jqr,ipjr->j", scaled, np.linalg.inv(own), scaled, optimize=True)
+        gain[chosen] = -1.0
+        best = int(gain.argmax() if turn % 2 == 0 else others[~np.isin(others, chosen)][0])
+        chosen.append(best)
+        column = scaled[:, :, best]
+        scaled = scaled - np.einsum("ipq,qr,jsr->ipjs", column, np.linalg.inv(own[best]), column, optimize=True)
+    return np.array(chosen, np.int64)
