@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, Ints, row_of_value
@@ -55,6 +56,20 @@ class CityFaces:
 
     def __len__(self) -> int:
         return len(self.faces)
+
+    def select(self, chosen: Flags) -> CityFaces:
+        """Faces that are chosen [F]."""
+        return CityFaces(self.points, self.faces.where(chosen), self.normal[chosen], self.area[chosen])
+
+    def lowest(self) -> Floats:
+        """[F] height of the lowest corner in metres."""
+        return -max_rows(-self.points[self.faces.rows, 2] / MILLIMETRES, self.faces.offsets, 0.0)
+
+    def on_the_map(self) -> NDArray[np.object_]:
+        """[F] polygons in metres to the east and to the north."""
+        corners = self.points[self.faces.rows, :2] / MILLIMETRES
+        rings = shapely.linearrings(corners, indices=row_of_value(np.diff(self.faces.offsets)))
+        return np.asarray(shapely.polygons(np.asarray(rings, dtype=object)), dtype=object)
 
 
 def city_faces(scene: Scene, corner: Floats) -> CityFaces:

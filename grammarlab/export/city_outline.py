@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Flags, Floats, row_of_value
 from grammarlab.export.city_faces import ROOF_HEIGHT, STEEP, CityFaces
 from grammarlab.export.city_surfaces import MILLIMETRES
-from grammarlab.geometry.meshes.ragged import max_rows, next_in_row
+from grammarlab.geometry.meshes.ragged import next_in_row
 
 _ABOVE_PLINTH = 1.3
 """Height in metres of the lowest section above the bottom of the building."""
@@ -37,8 +37,8 @@ def ground_outline(faces: CityFaces, footprint: shapely.Polygon, ground: float) 
     """
     height = faces.points[:, 2].max(initial=0) / MILLIMETRES - ground
     levels = [_ABOVE_PLINTH, *(share * height for share in _SHARES if share * height > _ABOVE_PLINTH)]
-    walls = [_section(faces, ground + level) for level in levels]
-    lines = shapely.union_all(shapely.linestrings(np.concatenate(walls)), grid_size=_SNAP)
+    walls = np.concatenate([_section(faces, ground + level) for level in levels])
+    lines = shapely.union_all(shapely.linestrings(_distinct(walls)), grid_size=_SNAP)
     cells = shapely.get_parts(shapely.polygonize([lines]))
     largest = _largest_part(_plain(shapely.union_all(cells[~_is_open(cells, faces, ground)])))
     if largest is None or shapely.symmetric_difference(largest, footprint).area <= _SAME * footprint.area:
@@ -62,16 +62,19 @@ def _section(faces: CityFaces, height: float) -> Floats:
     return places[order].reshape(-1, 2, 2)
 
 
+def _distinct(segments: Floats) -> Floats:
+    """The different segments [n, 2, 2] on the grid, without those that are points: floors repeat their walls."""
+    ends = np.rint(segments / _SNAP).astype(np.int64)
+    backward = (ends[:, 0, 0] > ends[:, 1, 0]) | ((ends[:, 0, 0] == ends[:, 1, 0]) & (ends[:, 0, 1] > ends[:, 1, 1]))
+    ends = np.where(backward[:, None, None], ends[:, ::-1], ends).reshape(-1, 4)
+    distinct = np.unique(ends, axis=0).reshape(-1, 2, 2)
+    return distinct[(distinct[:, 0] != distinct[:, 1]).any(axis=1)] * _SNAP
+
+
 def _is_open(cells: NDArray[np.object_], faces: CityFaces, ground: float) -> Flags:
     """[n] whether cells [n] are courts or gardens: large, and not below a roof."""
     is_open = shapely.area(cells) > _SMALLEST
-    corners = faces.points[faces.faces.rows] / MILLIMETRES
-    face = row_of_value(np.diff(faces.faces.offsets))
-    is_roof = (faces.normal[:, 2] > STEEP) & (max_rows(corners[:, 2], faces.faces.offsets, 0.0) > ground + ROOF_HEIGHT)
-    chosen = is_roof[face]
-    _, ring = np.unique(face[chosen], return_inverse=True)
-    rings = shapely.linearrings(corners[chosen, :2], indices=ring)
-    roofs = np.asarray(shapely.polygons(np.asarray(rings, dtype=object)), dtype=object)
+    roofs = faces.select((faces.normal[:, 2] > STEEP) & (faces.lowest() > ground + ROOF_HEIGHT)).on_the_map()
     large = np.flatnonzero(is_open)
     below, _ = shapely.STRtree(roofs).query(shapely.point_on_surface(cells[large]), predicate="intersects")
     is_open[large[below]] = False

@@ -89,24 +89,22 @@ def roof_map(faces: CityFaces, outline: shapely.Polygon, ground: float) -> RoofM
 
 def _planes(faces: CityFaces, outline: shapely.Polygon, ground: float) -> list[RoofPlane]:
     """The planes of large roofs above an outline, the largest first."""
-    rows, offsets = faces.faces.rows, faces.faces.offsets
-    corners = faces.points[rows] / MILLIMETRES
-    lowest = np.minimum.reduceat(corners[:, 2], offsets[:-1]) if len(faces) else np.zeros(0)
-    rest = (faces.normal[:, 2] > STEEP) & (lowest > ground + ROOF_HEIGHT)
-    plan_area = faces.area * faces.normal[:, 2]
+    high = faces.select((faces.normal[:, 2] > STEEP) & (faces.lowest() > ground + ROOF_HEIGHT))
+    offsets, corners = high.faces.offsets, high.points[high.faces.rows] / MILLIMETRES
+    parts = shapely.intersection(high.on_the_map(), outline)
+    rest = plan_area = shapely.area(parts)
     planes = []
     for _ in range(_MOST_PLANES):
-        if not rest.any() or plan_area[rest].sum() < _SMALLEST:
+        if rest.sum() < _SMALLEST:
             break
-        largest = int(np.argmax(np.where(rest, plan_area, -1.0)))
-        slope = -faces.normal[largest, :2] / faces.normal[largest, 2]
+        largest = int(np.argmax(rest))
+        slope = -high.normal[largest, :2] / high.normal[largest, 2]
         level = float(corners[offsets[largest], 2] - corners[offsets[largest], :2] @ slope)
         is_near = np.abs(corners[:, :2] @ slope + level - corners[:, 2]) <= _THICKNESS
-        members = np.flatnonzero(rest & all_rows(is_near, offsets))
-        rest[members] = False
+        members = (rest > 0) & all_rows(is_near, offsets)
+        rest = np.where(members, 0.0, rest)
         if plan_area[members].sum() >= _SMALLEST:
-            polygons = [shapely.Polygon(corners[offsets[face] : offsets[face + 1], :2]) for face in members]
-            area = shapely.intersection(shapely.union_all(polygons, grid_size=_GRID), outline, grid_size=_GRID)
+            area = shapely.union_all(parts[members], grid_size=_GRID)
             if _is_large(area):
                 planes.append(RoofPlane(slope, level, area))
     return planes
