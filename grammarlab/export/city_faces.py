@@ -66,10 +66,14 @@ class CityFaces:
         return -max_rows(-self.points[self.faces.rows, 2] / MILLIMETRES, self.faces.offsets, 0.0)
 
     def on_the_map(self) -> NDArray[np.object_]:
-        """[F] polygons in metres to the east and to the north."""
+        """[F] valid polygons in metres to the east and to the north."""
         corners = self.points[self.faces.rows, :2] / MILLIMETRES
         rings = shapely.linearrings(corners, indices=row_of_value(np.diff(self.faces.offsets)))
-        return np.asarray(shapely.polygons(np.asarray(rings, dtype=object)), dtype=object)
+        polygons = np.asarray(shapely.polygons(np.asarray(rings, dtype=object)), dtype=object)
+        # On the grid, the sides of a steep or narrow face may cross by a millimetre.
+        crossed = ~shapely.is_valid(polygons)
+        polygons[crossed] = shapely.buffer(polygons[crossed], 0.0)
+        return polygons
 
 
 def city_faces(scene: Scene, corner: Floats) -> CityFaces:

@@ -104,7 +104,7 @@ def _planes(faces: CityFaces, outline: shapely.Polygon, ground: float) -> list[R
         members = (rest > 0) & all_rows(is_near, offsets)
         rest = np.where(members, 0.0, rest)
         if plan_area[members].sum() >= _SMALLEST:
-            area = shapely.union_all(parts[members], grid_size=_GRID)
+            area = _areas(shapely.union_all(shapely.buffer(parts[members], 0.0), grid_size=_GRID))
             if _is_large(area):
                 planes.append(RoofPlane(slope, level, area))
     return planes
@@ -138,9 +138,9 @@ def _with_rims(cells: Cells, plane: Ints, planes: Sequence[RoofPlane], outline: 
     rims, owner = [], []
     for index, area in roofs:
         reach = shapely.buffer(area, _RIM, join_style="bevel")
-        rims.append(shapely.intersection(bare, reach, grid_size=_GRID))
+        rims.append(_areas(shapely.intersection(bare, reach, grid_size=_GRID)))
         owner.append(index)
-        bare = shapely.difference(bare, reach, grid_size=_GRID)
+        bare = _areas(shapely.difference(bare, reach, grid_size=_GRID))
     areas = np.array([*cells[plane >= 0], *rims], dtype=object)
     planes_of_areas = np.array([*plane[plane >= 0], *owner])
     divided = _cells([outline.boundary, *shapely.boundary(areas)], outline)
@@ -167,6 +167,11 @@ def _with_neighbours(cells: Cells, plane: Ints, shared: _SharedEdges) -> Ints:
         for index in np.flatnonzero(lengths.max(axis=1) > 0):
             plane[parts[index]] = lengths[index].argmax()
     return plane
+
+
+def _areas(geometry: BaseGeometry) -> BaseGeometry:
+    """A geometry without its points and lines."""
+    return shapely.MultiPolygon([part for part in shapely.get_parts(geometry) if isinstance(part, shapely.Polygon)])
 
 
 def _is_large(area: BaseGeometry) -> bool:
