@@ -13,9 +13,11 @@ from grammarlab.derivation.functions.shape_attributes import ASK_FOR_PIVOT, STAT
 from grammarlab.derivation.functions.shape_textures import BUILTINS as TEXTURE_FUNCTIONS
 from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors
 from grammarlab.derivation.operations import OPERATIONS
+from grammarlab.derivation.operations.outlines import STREET_ALIASES
 from grammarlab.derivation.operations.texturing import OPERATIONS as TEXTURING
 from grammarlab.derivation.program import CompiledRule, Program
 from grammarlab.derivation.state.texture_maps import NUM_SETS
+from grammarlab.derivation.state.width_attribute import STREET_WIDTH, StreetWidth
 from grammarlab.derivation.state.workspace import CompiledAttribute
 from grammarlab.errors import DerivationError, check_type
 from grammarlab.language.call_order import groups
@@ -24,6 +26,7 @@ from grammarlab.language.numbering import RandomPlace, SymbolKey, function_name
 from grammarlab.language.syntax.syntax_tree import (
     Attribute,
     Block,
+    Boolean,
     Call,
     Choice,
     Expression,
@@ -35,6 +38,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Rule,
     Scatter,
     Stochastic,
+    String,
     alternatives,
     walk,
 )
@@ -136,11 +140,18 @@ class _Compilation:
             state_names=self._state_names(),
             most_successors=max((len(branch.successors) for branch in self._numbering.branches), default=0),
             uv_sets=mentioned_uv_sets(self._nodes),
+            selects_streets=any(_selects_streets(node) for node in self._nodes),
         )
 
     def _attribute(self, attribute: Attribute) -> CompiledAttribute:
         code = ExpressionCompiler(self._names).choice(attribute.value)
-        return CompiledAttribute(attribute.name, code, self._draws_itself(attribute.value), attribute.location)
+        return CompiledAttribute(
+            attribute.name,
+            code,
+            draws=self._draws_itself(attribute.value),
+            street_width=_street_width(attribute),
+            location=attribute.location,
+        )
 
     def _rule(self, rule: Rule) -> CompiledRule:
         expressions = ExpressionCompiler(self._names, rule.parameters)
@@ -251,6 +262,19 @@ def _values_of_attributes(grammar: Grammar, random_places: Sequence[RandomPlace]
         elif inside and inside[0] is attribute.value and (len(inside) == 1 or isinstance(attribute.value, Call)):
             names[inside[0].number] = name
     return names
+
+
+def _street_width(attribute: Attribute) -> StreetWidth:
+    if attribute.name != STREET_WIDTH or attribute.constant:
+        return "none"
+    leaves = list(alternatives(attribute.value))
+    if any(isinstance(leaf, Boolean | String) for leaf in leaves):
+        return "none"
+    return "edges" if all(map(makes_arrays, leaves)) else "widest"
+
+
+def _selects_streets(node: Node) -> bool:
+    return isinstance(node, Name) and (node.identifier.startswith("street.") or node.identifier in STREET_ALIASES)
 
 
 def _is_random(node: Node) -> bool:

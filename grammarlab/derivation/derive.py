@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats, offsets_from_counts, row_of_value
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.calls.branches import route
+from grammarlab.derivation.calls.lot_plans import initial_plans, streets_of_lots
 from grammarlab.derivation.calls.texture_transfer import initial_maps
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
@@ -277,7 +278,9 @@ def _prepare(
         recorder=Recorder(program.id_type),
         assets=assets,
     )
-    workspace.roots = roots._replace(state=initial_maps(roots, workspace))
+    if program.selects_streets:
+        workspace.streets = streets_of_lots(lots, workspace)
+    workspace.roots = roots._replace(state={**initial_maps(roots, workspace), **initial_plans(workspace)})
     workspace.recorder.add_roots(roots.model, np.array(symbols, dtype=np.int32)[lots.start_rule])
     return workspace
 

@@ -45,6 +45,9 @@ class Program:
     uv_sets: frozenset[int]
     """Sets of texture coordinates that operations and expressions use; all sets if the number of one is computed."""
 
+    selects_streets: bool
+    """Whether rules use selectors such as ``street.front``, for which shapes remember the edges of their lots."""
+
     @property
     def id_type(self) -> np.dtype[np.int16 | np.int32]:
         """Types of the columns of symbols, rules, children and sites: as narrow as this grammar allows."""

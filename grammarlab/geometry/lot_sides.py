@@ -58,7 +58,7 @@ def edge_sides(corners: Floats, offsets: Ints, street_width: Floats) -> Sides:
     True
     """
     normals, length = outward_normals(corners, offsets)
-    is_edge = (length > 0.0) & ~_is_bridge(corners, offsets)
+    is_edge = (length > 0.0) & ~is_bridge(corners, offsets)
     is_street = is_edge & (street_width > 0.0)
     front = _mean_normals(normals, length, offsets, is_street)
     sides = sides_of_normals(normals, front[row_of_value(np.diff(offsets))])
@@ -78,7 +78,7 @@ def front_normals(corners: Floats, offsets: Ints, street_width: Floats) -> Float
         street_width: [P] width of the street along the edge that leaves each corner, 0 for no street.
     """
     normals, length = outward_normals(corners, offsets)
-    is_street = (length > 0.0) & ~_is_bridge(corners, offsets) & (street_width > 0.0)
+    is_street = (length > 0.0) & ~is_bridge(corners, offsets) & (street_width > 0.0)
     return _mean_normals(normals, length, offsets, is_street)
 
 
@@ -115,7 +115,7 @@ def _mean_normals(normals: Floats, length: Floats, offsets: Ints, is_street: NDA
     return np.where(is_clear[:, None], mean, result)
 
 
-def _is_bridge(corners: Floats, offsets: Ints) -> NDArray[np.bool_]:
+def is_bridge(corners: Floats, offsets: Ints) -> NDArray[np.bool_]:
     """[P] whether an outline passes the edge that leaves each corner in the other direction, too."""
     counts = np.diff(offsets)
     result = np.zeros(len(corners), dtype=bool)

@@ -85,15 +85,15 @@ def classify(directions: Floats, selector: str) -> Flags:
     height = directions[:, 1]
     if name == "side":
         # Without a prefix CGA selects all except horizontal faces; with one, the four lateral quadrants.
-        return solid & (_nearest_axis(directions) != 1 if prefix else np.abs(height) <= GENTLE)
+        return solid & (nearest_axis(directions) != 1 if prefix else np.abs(height) <= GENTLE)
     if not prefix and name in ("vertical", "horizontal", "aslant", "nutant"):
         return solid & _by_slope(height, name)
     quadrant = _WORLD[name] if prefix == "world" else name
     axis, sign = _QUADRANTS[quadrant]
-    return solid & (_nearest_axis(directions) == axis) & (directions[:, axis] * sign > 0.0)
+    return solid & (nearest_axis(directions) == axis) & (directions[:, axis] * sign > 0.0)
 
 
-def _nearest_axis(directions: Floats) -> NDArray[np.int64]:
+def nearest_axis(directions: Floats) -> NDArray[np.int64]:
     """[K] the axis that each direction is nearest to."""
     x, y, z = np.abs(directions).T
     lateral = np.where(z >= x - TIE, 2, 0)

@@ -1,4 +1,4 @@
-"""Texture coordinates of initial shapes and of moved shapes, and the pivots that shapes move with.
+"""Texture coordinates and plans of initial shapes and of moved shapes, and the pivots that shapes move with.
 
 A pivot is the coordinate system that a scope is placed in: ``scope.t`` and ``scope.r`` count from it. Its axes are a
 column of every shape; its position is kept in `Shapes.state`, as the attributes ``pivot.p``, if the grammar reads it.
@@ -6,11 +6,13 @@ column of every shape; its position is kept in `Shapes.state`, as the attributes
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value, number_column
-from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name, projection_name
+from grammarlab.derivation.state.texture_maps import NONE, map_name, projection_name
 from grammarlab.derivation.state.workspace import Workspace
 
 PIVOT_POSITION = ("pivot.px", "pivot.py", "pivot.pz")
@@ -38,7 +40,7 @@ def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:
 
 
 def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
-    """Shapes that were moved, rotated or scaled with their scopes, with their previous coordinates.
+    """Shapes that were moved, rotated or scaled with their scopes, with their previous coordinates and edges.
 
     A map keeps its scale along an axis whose extent is or becomes 0.
 
@@ -47,21 +49,23 @@ def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
         after: [N] the shapes after it; points of the unit cubes of their scopes correspond.
         workspace: workspace of the derivation.
     """
-    if not workspace.uv_sets:
+    names = workspace.map_names
+    if not names:
         return after
     state: dict[str, Value] = dict(after.state)
-    for uv_set in workspace.uv_sets:
-        rows = np.flatnonzero(map_ids(after, uv_set) >= 0)
+    for name in names:
+        ids = cast("Ids", after.state[name])
+        rows = np.flatnonzero(ids >= 0)
         if len(rows):
-            ids = map_ids(after, uv_set).copy()
+            ids = ids.copy()
             ids[rows] = _moved(before.take(rows), after.take(rows), ids[rows], workspace)
-            state[map_name(uv_set)] = ids
+            state[name] = ids
     return after._replace(state=state)
 
 
 def without_maps(shapes: Shapes, workspace: Workspace) -> Shapes:
-    """The same shapes without texture coordinates."""
-    names = [map_name(uv_set) for uv_set in workspace.uv_sets]
+    """The same shapes without texture coordinates, and without a place in the plan of their lot."""
+    names = workspace.map_names
     if not names:
         return shapes
     no_maps = np.full(shapes.num, NONE, dtype=np.int32)

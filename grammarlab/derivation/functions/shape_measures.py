@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.functions.street_sides import by_streets, face_sides
 from grammarlab.derivation.state.mesh_table import scaled
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Shapes, Value
 from grammarlab.derivation.state.workspace import Workspace
@@ -133,7 +134,9 @@ def _flag(box: bool, rectangle: bool, general: Measure) -> Builtin:
 def _oriented_faces(call: FunctionCall, meshes: Meshes) -> NDArray[np.bool_]:
     """[F] whether faces point in the direction of the selector in the first argument."""
     normals, owner = measure.face_normals(meshes), meshes.mesh_of_face()
-    return oriented(str(call.arguments[0]), normals, owner, call.shapes, call.workspace)
+    selector, shapes, workspace = str(call.arguments[0]), call.shapes, call.workspace
+    flags = oriented(selector, normals, owner, shapes, workspace)
+    return by_streets(selector, lambda: face_sides(meshes, shapes, workspace), flags, owner, shapes, workspace)
 
 
 def _area_of(call: FunctionCall) -> Value:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -18,13 +19,16 @@ from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPa
 from grammarlab.derivation.calls.texture_transfer import with_pivot
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
+from grammarlab.derivation.functions.street_sides import Lines, by_streets, face_sides, line_sides
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry import components as parts_of
 from grammarlab.geometry.components import connected_faces, face_edges, face_vertices, joined, unaligned, upwards
+from grammarlab.geometry.lot_sides import Sides
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.primitives import BOX_ORIGINS, BOX_ROTATIONS, TOP
-from grammarlab.geometry.selectors import SELECTORS, classify, select
+from grammarlab.geometry.meshes.vectors import apply
+from grammarlab.geometry.selectors import SELECTORS, classify, nearest_axis, select
 
 Rows = NDArray[np.int64]
 
@@ -104,7 +108,13 @@ class _BoxFaces(AbstractComponents):
             return np.zeros(len(self.row), dtype=bool)
         if "." not in selector:
             return np.tile(classify(normals, selector), self._shapes.num)
-        return oriented(selector, normals[self.index], self.row, self._shapes, self._call.workspace)
+        flags = oriented(selector, normals[self.index], self.row, self._shapes, self._call.workspace)
+        return by_streets(selector, lambda: self._sides, flags, self.row, self._shapes, self._call.workspace)
+
+    @cached_property
+    def _sides(self) -> Sides:
+        workspace = self._call.workspace
+        return face_sides(local_meshes(self._shapes, workspace), self._shapes, workspace)
 
     def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         if join != "each" or not aligned:
@@ -157,7 +167,20 @@ class _MeshComponents(AbstractComponents):
         prefix = selector.partition(".")[0]
         to_world = frames.rotations(shapes.frame) if prefix == "world" else None
         to_object = _to_object(self._call, shapes) if prefix in ("object", "street") else None
-        return select(self._components, selector, to_object, to_world)
+        flags = select(self._components, selector, to_object, to_world)
+        return by_streets(selector, lambda: self._sides, flags, self.row, shapes, self._call.workspace)
+
+    @cached_property
+    def _sides(self) -> Sides:
+        if self._kind == "f":
+            return face_sides(self._meshes, self._shapes, self._call.workspace)
+        parts, outward = self._components, self._components.direction
+        if self._kind == "e":
+            # An edge at the border of a face that lies flat looks out of the face, not up.
+            lies_flat = nearest_axis(apply(_to_object(self._call, self._shapes)[self.row], outward)) == 1
+            outward = np.where((lies_flat & parts.is_border)[:, None], -parts.rotation[:, :, 1], outward)
+        lines = Lines(parts.origin, parts.rotation[:, :, 0] * parts.size[:, :1], outward, self.row)
+        return line_sides(lines, self._shapes, self._call.workspace)
 
     def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         if join == "each":

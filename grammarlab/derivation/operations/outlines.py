@@ -11,6 +11,13 @@ from numpy.typing import NDArray
 from grammarlab.arrays import offsets_from_counts, take_rows
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, Operation, selected
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
+from grammarlab.derivation.functions.street_sides import (
+    MovedEdges,
+    by_streets,
+    line_sides,
+    outline_lines,
+    with_moved_edges,
+)
 from grammarlab.derivation.operations.comp import edges_of_faces
 from grammarlab.derivation.state.array_table import is_table
 from grammarlab.derivation.state.mesh_table import add_faces, normalized, replaced
@@ -30,9 +37,15 @@ _FEWEST_WITH_HOLE = 8
 """Corners of a triangle with a triangular hole, joined by a bridge that is passed in both directions."""
 _KEEP = frozenset({"all", "inside", "border"})
 _PARTS = frozenset({"shape", "remainder"})
-_OLDER = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "street.left", "street.right")}
+STREET_ALIASES = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "street.left", "street.right")}
 """Selectors of older rule files, with equivalent selectors."""
-_EDGES = frozenset({*ORIENTATIONS, *_OLDER, "all", "remainder"})
+_WINGS = {
+    "shapeL": ("front", "left"),
+    "shapeO": ("front", "right", "back", "left"),
+    "shapeU": ("front", "right", "left"),
+}
+"""Sides along which each operation makes wings, in the order of its arguments."""
+_EDGES = frozenset({*ORIENTATIONS, *STREET_ALIASES, "all", "remainder"})
 
 
 def offset(call: BoundCall) -> Shapes:
@@ -41,8 +54,10 @@ def offset(call: BoundCall) -> Shapes:
 
     keep = cast("Literal['all', 'inside', 'border']", call.words[0] if call.words else "all")
     distance = call.column(call.values[0])
-    meshes = outlines.offset(local_meshes(call.shapes, call.workspace), distance, keep)
-    return replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
+    before = local_meshes(call.shapes, call.workspace)
+    meshes = outlines.offset(before, distance, keep)
+    moved = MovedEdges(before, -distance[before.mesh_of_face()[before.face_of_corner()]])
+    return _replaced(call, meshes, moved)
 
 
 def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
@@ -63,9 +78,11 @@ def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
         if head.argument.value != "remainder":
             chosen = _edges(call, head, meshes, outward, mesh)
             groups[chosen & (groups == REMAINDER)] = index
-    result = strips.setback(meshes, _distances(call, meshes, mesh), groups)
+    distances = _distances(call, meshes, mesh)
+    result = strips.setback(meshes, distances, groups)
     part_groups = [REMAINDER if head.argument.value == "remainder" else index for index, head in enumerate(heads)]
-    return _parts(call, result, heads, part_groups)
+    moved = MovedEdges(meshes, np.where(groups == REMAINDER, 0.0, distances))
+    return _parts(call, result, heads, part_groups, moved)
 
 
 def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
@@ -74,17 +91,18 @@ def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]
     from grammarlab.geometry.outlines.setback import REMAINDER  # noqa: PLC0415
 
     alignment = cast("Literal['scope', 'edge']", call.words[0] if call.words else "scope")
-    result = rectangles.inner_rectangle(local_meshes(call.shapes, call.workspace), alignment)
+    meshes = local_meshes(call.shapes, call.workspace)
+    result = rectangles.inner_rectangle(meshes, alignment)
     part_groups = [REMAINDER if head.argument.value == "remainder" else rectangles.RECTANGLE for head in heads]
-    return _parts(call, result, heads, part_groups)
+    return _parts(call, result, heads, part_groups, MovedEdges(meshes, np.zeros(len(meshes.corners)), True))
 
 
 def inner_rect(call: BoundCall) -> Shapes:
     """``innerRect()``: every face replaced by the largest rectangle inside it."""
     from grammarlab.geometry.outlines import inner_rectangle as rectangles  # noqa: PLC0415
 
-    meshes = rectangles.inner_rect(local_meshes(call.shapes, call.workspace))
-    return replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
+    before = local_meshes(call.shapes, call.workspace)
+    return _replaced(call, rectangles.inner_rect(before), MovedEdges(before, np.zeros(len(before.corners)), True))
 
 
 def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
@@ -93,10 +111,8 @@ def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.floa
     def picked(selector: str) -> NDArray[np.bool_]:
         if selector == "all":
             return np.ones(len(outward), dtype=bool)
-        flags = [
-            oriented(name, outward, mesh, call.shapes, call.workspace) for name in _OLDER.get(selector, (selector,))
-        ]
-        return np.logical_or.reduce(flags)
+        names = STREET_ALIASES.get(selector, (selector,))
+        return np.logical_or.reduce([_oriented_edges(call, name, meshes, outward, mesh) for name in names])
 
     if head.condition is not None:
         # Bridges between an outline and its hole cannot be selected.
@@ -111,6 +127,17 @@ def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.floa
     position = np.arange(len(outward)) - meshes.face_offsets[:-1][meshes.face_of_corner()]
     index = np.rint(call.column(head.argument)).astype(np.int64)[mesh]
     return position == index % np.maximum(counts, 1)
+
+
+def _oriented_edges(
+    call: BoundCall, selector: str, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows
+) -> NDArray[np.bool_]:
+    """[C] whether the outward normal of an edge, or the street along it, is what a selector names."""
+    shapes, workspace = call.shapes, call.workspace
+    flags = oriented(selector, outward, mesh, shapes, workspace)
+    return by_streets(
+        selector, lambda: line_sides(outline_lines(meshes), shapes, workspace), flags, mesh, shapes, workspace
+    )
 
 
 def _distances(call: BoundCall, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
@@ -138,17 +165,26 @@ def _wings(name: Literal["shapeL", "shapeO", "shapeU"]) -> BlockOperation:
     def divide(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
         from grammarlab.geometry.outlines import setback as strips  # noqa: PLC0415
 
-        cut = {"shapeL": strips.shape_l, "shapeO": strips.shape_o, "shapeU": strips.shape_u}[name]
-        depths = [call.column(argument) for argument in call.values]
-        result = cut(local_meshes(call.shapes, call.workspace), *depths)
+        depths = dict(zip(_WINGS[name], [call.column(argument) for argument in call.values], strict=True))
+        meshes = local_meshes(call.shapes, call.workspace)
+        distances = strips.wing_depths(meshes, depths)
+        result = strips.setback(meshes, distances, np.zeros(len(distances), dtype=np.int64))
         part_groups = [strips.REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
-        return _parts(call, result, heads, part_groups)
+        return _parts(call, result, heads, part_groups, MovedEdges(meshes, distances))
 
-    count = {"shapeL": 2, "shapeU": 3, "shapeO": 4}[name]
+    count = len(_WINGS[name])
     return BlockOperation(divide, frozenset(), (count, count), _PARTS)
 
 
-def _parts(call: BoundCall, result: Setback, heads: Sequence[Head], part_groups: Sequence[int]) -> list[BoundPart]:
+def _replaced(call: BoundCall, meshes: Meshes, moved: MovedEdges) -> Shapes:
+    """The shapes with other geometry [N], which is in their axes."""
+    result = replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
+    return with_moved_edges(result, meshes, np.arange(call.shapes.num), call.shapes, moved, call.workspace)
+
+
+def _parts(
+    call: BoundCall, result: Setback, heads: Sequence[Head], part_groups: Sequence[int], moved: MovedEdges
+) -> list[BoundPart]:
     """The pieces of each group as shapes: one per piece, or one of all pieces of a shape."""
     owner = result.meshes.mesh_of_face()
     parts = []
@@ -160,17 +196,19 @@ def _parts(call: BoundCall, result: Setback, heads: Sequence[Head], part_groups:
             row, counts = np.unique(row, return_counts=True)
         first = np.cumsum(counts) - counts
         number = (faces - result.meshes.mesh_faces[:-1][owner[faces]])[first] if len(faces) else faces
-        parts.append(BoundPart(_pieces(call, result.meshes, faces, counts, row), number))
+        parts.append(BoundPart(_pieces(call, result.meshes, faces, counts, row, moved), number))
     return parts
 
 
-def _pieces(call: BoundCall, meshes: Meshes, faces: Rows, counts: Rows, row: Rows) -> Shapes:
+def _pieces(call: BoundCall, meshes: Meshes, faces: Rows, counts: Rows, row: Rows, moved: MovedEdges) -> Shapes:
     """Shapes made of faces, in the axes of the shapes they come from."""
     shapes, frames = call.shapes, call.workspace.frames
-    unit, low, size = normalized(_separated(meshes, faces, counts))
+    local = _separated(meshes, faces, counts)
+    unit, low, size = normalized(local)
     frame = shapes.frame[row]
     position = shapes.position[row] + frames.to_world(frame, low)
-    return shapes.parts(row, position, size, frame, add_faces(call.workspace.meshes, unit))
+    parts = shapes.parts(row, position, size, frame, add_faces(call.workspace.meshes, unit))
+    return with_moved_edges(parts, local, row, shapes, moved, call.workspace)
 
 
 def _separated(meshes: Meshes, faces: Rows, counts: Rows) -> Meshes:

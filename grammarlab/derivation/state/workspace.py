@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.assets.mesh_files import Asset, AssetFolder
@@ -17,7 +18,9 @@ from grammarlab.derivation.state.array_table import ArrayTable
 from grammarlab.derivation.state.mesh_table import MeshTable
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import Shapes, Value, join_values, take_value
-from grammarlab.derivation.state.texture_maps import TextureMapTable
+from grammarlab.derivation.state.street_outlines import PLAN, Streets
+from grammarlab.derivation.state.texture_maps import TextureMapTable, map_name
+from grammarlab.derivation.state.width_attribute import StreetWidth, has_widths, widths_of_models
 from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
 
@@ -45,6 +48,8 @@ class CompiledAttribute:
     code: Code
     draws: bool
     """Whether its value is random, so that it must be evaluated for every model."""
+    street_width: StreetWidth
+    """What its value is on lots whose streets are known."""
     location: Location
 
 
@@ -76,6 +81,8 @@ class Workspace:
     recorder: Recorder
     assets: AssetFolder | None = None
     """Folder that asset paths are relative to and may not leave."""
+    streets: Streets | None = None
+    """Edges along streets, if rules use selectors such as ``street.front`` and something is known of streets."""
     tables: ArrayTable = field(default_factory=ArrayTable)
     texture_maps: TextureMapTable = field(default_factory=TextureMapTable)
     count_again_at: int = field(init=False)
@@ -86,6 +93,12 @@ class Workspace:
 
     def __post_init__(self) -> None:
         self.count_again_at = self.budget.shapes
+
+    @property
+    def map_names(self) -> tuple[str, ...]:
+        """Names in `Shapes.state` of the ids of the maps that move with shapes."""
+        names = tuple([map_name(uv_set) for uv_set in self.uv_sets])
+        return names if self.streets is None else (*names, PLAN)
 
     def start_symbol(self, shapes: Shapes) -> Value:
         """Start symbol of the models of shapes [N]: one text for all, or string ids [N]."""
@@ -144,31 +157,40 @@ class Workspace:
     def _evaluate(self, name: str) -> Value:
         attribute = self.attributes[name]
         column = self.lots.attributes.get(name)
-        given_models = None if column is None else np.flatnonzero(column.is_given)
-        if column is not None and given_models is not None and len(given_models) == self.roots.num:
-            return self._from_outside(column.values)
-        if name in self._evaluating:
-            chain = " -> ".join([*self._evaluating[self._evaluating.index(name) :], name])
-            raise DerivationError(f"the value of {name} depends on itself: {chain}", attribute.location)
-        self._evaluating.append(name)
+        num_models = self.roots.num
+        is_given = np.zeros(num_models, dtype=bool) if column is None else column.is_given
+        has_width = has_widths(self.lots, attribute.street_width) & ~is_given
+        outside, of_lots = np.flatnonzero(is_given), np.flatnonzero(has_width)
+        inside = np.flatnonzero(~(is_given | has_width))
+        values: list[tuple[NDArray[np.int64], Value]] = []
+        if len(inside) or num_models == 0:
+            values.append((inside, self._from_rules(attribute, inside)))
+        if column is not None and len(outside):
+            values.append((outside, self._from_outside(column.values[outside])))
+        if len(of_lots):
+            values.append((of_lots, widths_of_models(self.lots, of_lots, attribute.street_width, self.tables)))
+        if len(values) == 1:
+            return values[0][1]
         try:
-            if column is None or given_models is None:
-                return attribute.code(self.roots, self)
-            other_models = np.flatnonzero(~column.is_given)
-            values = [
-                attribute.code(self.roots.take(other_models), self),
-                self._from_outside(column.values[given_models]),
-            ]
-        finally:
-            self._evaluating.pop()
-        try:
-            joined = join_values(values, [len(other_models), len(given_models)], self.strings)
+            joined = join_values([value for _, value in values], [len(rows) for rows, _ in values], self.strings)
         except DerivationError as error:
             hint = "give every model, or none, a value of another type than the rule file does"
             raise DerivationError(
                 f"the value of {name} differs between models: {error}", attribute.location, hint
             ) from error
-        return take_value(joined, np.argsort(np.concatenate([other_models, given_models])))
+        return take_value(joined, np.argsort(np.concatenate([rows for rows, _ in values])))
+
+    def _from_rules(self, attribute: CompiledAttribute, rows: NDArray[np.int64]) -> Value:
+        """The value in the rule file for the models at these rows."""
+        name = attribute.name
+        if name in self._evaluating:
+            chain = " -> ".join([*self._evaluating[self._evaluating.index(name) :], name])
+            raise DerivationError(f"the value of {name} depends on itself: {chain}", attribute.location)
+        self._evaluating.append(name)
+        try:
+            return attribute.code(self.roots if len(rows) == self.roots.num else self.roots.take(rows), self)
+        finally:
+            self._evaluating.pop()
 
     def _from_outside(self, values: Values) -> Value:
         """Values [K] from outside in the types of rules; one value if all are the same to the last bit."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -74,42 +74,22 @@ def setback(meshes: Meshes, distances: Floats, groups: Indices | None = None) ->
     return _assembled(meshes, batches, rows, leads, group)
 
 
-def shape_l(meshes: Meshes, front: Floats | float, left: Floats | float) -> Setback:
-    """CGA's ``shapeL``: wings along the front and left edges as group 0, see `shape_o`."""
-    return shape_o(meshes, front, 0.0, 0.0, left)
+def wing_depths(meshes: Meshes, depths: Mapping[str, Floats | float]) -> Floats:
+    """[C] setbacks in metres of the edges that leave corners, for CGA's ``shapeL``, ``shapeU`` and ``shapeO``.
 
-
-def shape_u(meshes: Meshes, front: Floats | float, right: Floats | float, left: Floats | float) -> Setback:
-    """CGA's ``shapeU``: wings along the front, right and left edges as group 0, see `shape_o`."""
-    return shape_o(meshes, front, right, 0.0, left)
-
-
-def shape_o(
-    meshes: Meshes,
-    front: Floats | float,
-    right: Floats | float,
-    back: Floats | float,
-    left: Floats | float,
-) -> Setback:
-    """CGA's ``shapeO``: wings of given depths along the edges that look to the front, right, back and left.
+    The wings are the strips of `setback` with all edges in one group; what remains is the rest.
 
     Args:
-        meshes: M meshes, in the axes of their scopes: right is x, front is z.
-        front: [M] or one for all: depth of the wing at the front in metres, 0 for none.
-        right: [M] or one for all: depth of the wing at the right in metres.
-        back: [M] or one for all: depth of the wing at the back in metres.
-        left: [M] or one for all: depth of the wing at the left in metres.
-
-    Returns:
-        The wings as group 0, the rest as `REMAINDER`.
+        meshes: M meshes, in the axes of their scopes.
+        depths: [M] or one for all: depth of the wing on each of the sides ``front``, ``right``, ``back``, ``left``.
     """
     outward = edge_normals(meshes)
     mesh = meshes.mesh_of_face()[meshes.face_of_corner()]
     distances = np.zeros(len(meshes.corners))
-    for side, depth in (("front", front), ("right", right), ("back", back), ("left", left)):
+    for side, depth in depths.items():
         chosen = classify(outward, side)
         distances[chosen] = np.broadcast_to(np.asarray(depth, np.float64), len(meshes))[mesh[chosen]]
-    return setback(meshes, distances, np.zeros(len(distances), np.int64))
+    return distances
 
 
 def edge_normals(meshes: Meshes) -> Floats:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from grammarlab.geometry.meshes import measure
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.outlines.setback import REMAINDER, edge_normals, setback, shape_l, shape_o, shape_u
+from grammarlab.geometry.outlines.setback import REMAINDER, Setback, edge_normals, setback, wing_depths
 from tests.geometry.polygons import LOT_L, area, lots, simple
 
 QUICK = settings(max_examples=50, deadline=None)
@@ -98,27 +98,33 @@ def test_a_strip_at_a_blunt_reflex_corner_is_cut_off_at_right_angles():
     assert signed(result.meshes) == pytest.approx([20.0, area(ring) - 20.0])
 
 
+def wings(meshes: Meshes, **depths: np.ndarray | float) -> Setback:
+    """Wings along some sides as group 0, the rest as `REMAINDER`."""
+    distances = wing_depths(meshes, depths)
+    return setback(meshes, distances, np.zeros(len(distances), dtype=np.int64))
+
+
 def test_shapes_l_u_o_have_wings_at_their_sides():
-    lot = lots([LOT])
-    for result, wings in (
-        (shape_l(lot, 3.0, 4.0), 126.0),
-        (shape_u(lot, 3.0, 2.0, 4.0), 144.0),
-        (shape_o(lot, 3.0, 2.0, 1.0, 4.0), 168.0),
+    for depths, area_of_wings in (
+        ({"front": 3.0, "left": 4.0}, 126.0),
+        ({"front": 3.0, "right": 2.0, "left": 4.0}, 144.0),
+        ({"front": 3.0, "right": 2.0, "back": 1.0, "left": 4.0}, 168.0),
     ):
+        result = wings(lots([LOT]), **depths)
         assert result.group.tolist() == [0, REMAINDER]
-        assert signed(result.meshes) == pytest.approx([wings, 360.0 - wings])
+        assert signed(result.meshes) == pytest.approx([area_of_wings, 360.0 - area_of_wings])
 
 
 @QUICK
 @given(simple, st.lists(st.floats(0.0, 0.5), min_size=4, max_size=4))
 def test_shape_and_remainder_are_the_whole(ring, depths):
     front, right, back, left = np.array(depths) * math.sqrt(area(ring))
-    result = shape_o(lots([ring]), front, right, back, left)
+    result = wings(lots([ring]), front=front, right=right, back=back, left=left)
     assert signed(result.meshes).sum() == pytest.approx(area(ring), rel=1e-6)
 
 
 def test_depths_may_differ_from_mesh_to_mesh():
-    result = shape_l(lots([LOT, LOT]), np.array([3.0, 0.0]), np.array([0.0, 4.0]))
+    result = wings(lots([LOT, LOT]), front=np.array([3.0, 0.0]), left=np.array([0.0, 4.0]))
     assert signed(result.meshes) == pytest.approx([90.0, 270.0, 48.0, 312.0])
 
 

@@ -1,0 +1,269 @@
+"""Sides of faces, edges and vertices of shapes by the streets around their lot: ``street.front`` and its kin.
+
+A face is on the edge of the lot that lies behind one of its edges (`edges_behind`), and has the side of that edge.
+Faces inside the lot, such as those where a split cuts, are at the back, left or right by their normals. Geometry that
+is not of the lot, such as an asset, has the side of the edge that looks in the most similar direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts
+from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.derivation.state.street_outlines import Streets, outline_ids, plan_ids, with_outlines
+from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.geometry.edges_behind import (
+    Found,
+    Outlines,
+    Segments,
+    best_of_groups,
+    edges_behind,
+    edges_that_look_alike,
+)
+from grammarlab.geometry.lot_sides import BACK, FRONT, LEFT, NO_SIDE, RIGHT, Sides, sides_of_normals
+from grammarlab.geometry.meshes.measure import corner_edges, face_normals
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.vectors import cross, unit
+from grammarlab.geometry.selectors import nearest_axis
+
+_TOLERANCE = 1e-6
+"""Tolerance of points that lie on an edge, as a share of the longer side of the lot."""
+_QUADRANT = np.cos(np.radians(45.0))
+"""Smallest cosine between the normals of a side of an inner rectangle and of the edge that it stands for."""
+_SELECTED: dict[str, tuple[int, ...]] = {
+    "front": (FRONT,),
+    "back": (BACK,),
+    "left": (LEFT,),
+    "right": (RIGHT,),
+    "side": (LEFT, RIGHT),
+}
+
+
+class Lines(NamedTuple):
+    """K edges of shapes [N], or points where ``along`` is zero, in the axes of their scopes."""
+
+    start: Floats
+    """[K, 3] metres from the scope's origin."""
+    along: Floats
+    """[K, 3] vector to the other end."""
+    outward: Floats
+    """[K, 3] unit vector towards the outer side."""
+    owner: Ints
+    """[K] the shape of each."""
+
+    def take(self, rows: Ints) -> Lines:
+        """The lines at these rows, repeats allowed."""
+        return Lines(self.start[rows], self.along[rows], self.outward[rows], self.owner[rows])
+
+
+def by_streets(
+    selector: str, sides: Callable[[], Sides], flags: Flags, owner: Ints, shapes: Shapes, workspace: Workspace
+) -> Flags:
+    """[K] what a selector names: sides of lots, if it is a ``street`` selector and their streets are known.
+
+    Args:
+        selector: the selector.
+        sides: makes the sides [K]; called only if they are needed.
+        flags: [K] what it names elsewhere.
+        owner: [K] the shape of each face, edge or vertex.
+        shapes: [N].
+        workspace: workspace of the derivation.
+    """
+    if workspace.streets is None or not selector.startswith("street."):
+        return flags
+    return np.where(workspace.streets.known(shapes)[owner], _has_side(selector, sides()), flags)
+
+
+def _has_side(selector: str, sides: Sides) -> Flags:
+    """[K] whether a ``street`` selector names sides."""
+    return np.isin(sides, _SELECTED[selector.removeprefix("street.")])
+
+
+def face_sides(meshes: Meshes, shapes: Shapes, workspace: Workspace) -> Sides:
+    """[F] sides of all faces of shapes; `NO_SIDE` for faces that look up or down more than sideways.
+
+    Args:
+        meshes: [N] geometry of the shapes in metres along the axes of their scopes.
+        shapes: [N].
+        workspace: workspace of the derivation.
+    """
+    streets = _streets(workspace)
+    owner, face = meshes.mesh_of_face(), meshes.face_of_corner()
+    normals = face_normals(meshes)
+    lateral = _lateral_directions(normals, owner, shapes, workspace)
+    corners = np.flatnonzero(lateral[face].any(axis=1))
+    lines = _around_faces(meshes, normals, corners)
+    on_edge = best_of_groups(_edges_of(lines, shapes, workspace, streets), face[corners], len(owner))
+    return np.where(on_edge > 0, on_edge, _sides_by_direction(lateral, owner, shapes, streets))
+
+
+def line_sides(lines: Lines, shapes: Shapes, workspace: Workspace) -> Sides:
+    """[K] sides of edges or points of shapes: of the edge of the lot that they are on, or by their outward vectors."""
+    streets = _streets(workspace)
+    on_edge = _edges_of(lines, shapes, workspace, streets).label
+    lateral = _lateral_directions(lines.outward, lines.owner, shapes, workspace)
+    return np.where(on_edge > 0, on_edge, _sides_by_direction(lateral, lines.owner, shapes, streets))
+
+
+def outline_lines(meshes: Meshes) -> Lines:
+    """[C] the edge that leaves each corner of faces, with the vector that points out of the face within its plane."""
+    lines = _around_faces(meshes, face_normals(meshes), np.arange(len(meshes.corners)))
+    return lines._replace(outward=unit(cross(lines.along, lines.outward)))
+
+
+class MovedEdges(NamedTuple):
+    """How an operation moved the edges of the faces of shapes [N]."""
+
+    meshes: Meshes
+    """[N] the shapes before, in metres along their axes."""
+    distance: Floats
+    """[C] metres by which the edge that leaves each corner moved inwards, below 0 outwards."""
+    by_direction: bool = False
+    """Whether an edge that is on none of them stands for the one that looks in the most similar direction."""
+
+
+def with_moved_edges(
+    parts: Shapes, pieces: Meshes, row: Ints, before: Shapes, moved: MovedEdges, workspace: Workspace
+) -> Shapes:
+    """Parts of shapes that remember the edges of the lot of which they have something, and no others.
+
+    Walls stay on the edges of the lot, whatever part of them is cut off.
+
+    Args:
+        parts: [K] the parts.
+        pieces: [K] their geometry in metres, along the axes of the shapes they come from and from their origins.
+        row: [K] the shape that each comes from.
+        before: [N] these shapes.
+        moved: how their edges moved.
+        workspace: workspace of the derivation.
+    """
+    streets = workspace.streets
+    if streets is None or parts.num == 0 or not (plan_ids(before) >= 0).any():
+        return parts
+    old = _old_and_new_edges(moved, before, workspace, streets)
+    lines = outline_lines(pieces)
+    piece = lines.owner
+    segments = _segments(lines._replace(owner=row[piece]), before, workspace, streets)
+    segments = replace(segments, outline=row[piece])
+    found = edges_behind(segments, old)
+    label = np.where(found.distance == 0.0, found.label, NO_SIDE)
+    if moved.by_direction:
+        alike = edges_that_look_alike(segments.normals(), segments.outline, old, _QUADRANT)
+        label = np.where(label == NO_SIDE, alike, label)
+    rows = np.flatnonzero(label > 0)
+    ids = streets.add(_outlines(segments, rows, label[rows], piece[rows], parts.num))
+    lies_flat = (plan_ids(before) >= 0) & ~_stand(moved.meshes, before, workspace)
+    return with_outlines(parts, np.where(lies_flat[row], ids, outline_ids(parts)))
+
+
+def _stand(meshes: Meshes, shapes: Shapes, workspace: Workspace) -> Flags:
+    """[N] whether the first face of a shape looks sideways."""
+    result = np.zeros(shapes.num, dtype=bool)
+    filled = np.flatnonzero(np.diff(meshes.mesh_faces) > 0)
+    normals = face_normals(meshes)[meshes.mesh_faces[:-1][filled]]
+    result[filled] = _lateral_directions(normals, filled, shapes, workspace).any(axis=1)
+    return result
+
+
+def _streets(workspace: Workspace) -> Streets:
+    return cast("Streets", workspace.streets)
+
+
+def _old_and_new_edges(moved: MovedEdges, shapes: Shapes, workspace: Workspace, streets: Streets) -> Outlines:
+    """For each shape [N] its edges on the edges of the lot, where they were and where they are."""
+    lines = outline_lines(moved.meshes)
+    label = _edges_of(lines, shapes, workspace, streets).label
+    rows = np.repeat(np.flatnonzero(label > 0), 2)
+    chosen = lines.take(rows)
+    chosen.start[1::2] -= chosen.outward[1::2] * moved.distance[rows[1::2], None]
+    segments = _segments(chosen, shapes, workspace, streets)
+    return _outlines(segments, np.arange(len(rows)), label[rows], chosen.owner, shapes.num)
+
+
+def _outlines(segments: Segments, rows: Ints, label: Sides, group: Ints, num_groups: int) -> Outlines:
+    """Sets of edges [G] from segments at rows [S], ordered by group, which run so that their outer sides are right."""
+    start, end = segments.start[rows], segments.end[rows]
+    normals = segments.normals()[rows]
+    turn = (end - start)[:, 0] * normals[:, 1] - (end - start)[:, 1] * normals[:, 0] < 0.0
+    counts = np.bincount(group, minlength=num_groups)
+    return Outlines(
+        np.where(turn[:, None], end, start),
+        np.where(turn[:, None], start, end),
+        label.astype(np.int8),
+        offsets_from_counts(counts),
+    )
+
+
+def _around_faces(meshes: Meshes, normals: Floats, corners: Ints) -> Lines:
+    """The edges that leave corners [K] of faces with normals [F, 3], outward in the direction of their face."""
+    face = meshes.face_of_corner()[corners]
+    return Lines(
+        meshes.points[meshes.corner_points()[corners]],
+        corner_edges(meshes)[corners],
+        normals[face],
+        meshes.mesh_of_face()[face],
+    )
+
+
+def _edges_of(lines: Lines, shapes: Shapes, workspace: Workspace, streets: Streets) -> Found:
+    """Edges of the lot behind lines [K]; none for shapes that are not of the lot."""
+    rows = np.flatnonzero(plan_ids(shapes)[lines.owner] >= 0)
+    chosen = lines.take(rows)
+    found = edges_behind(_segments(chosen, shapes, workspace, streets), streets.outlines)
+    count = len(lines.owner)
+    result = Found(np.zeros(count, np.int8), np.full(count, np.inf), np.zeros(count))
+    result.label[rows], result.distance[rows], result.overlap[rows] = found.label, found.distance, found.overlap
+    return result
+
+
+def _segments(lines: Lines, shapes: Shapes, workspace: Workspace, streets: Streets) -> Segments:
+    """Lines [K] in the plans of their lots; without a meaning for shapes that are not of the lot."""
+    used, owner = np.unique(lines.owner, return_inverse=True)
+    maps = workspace.texture_maps.take(np.maximum(plan_ids(shapes)[used], 0))
+    linear = np.einsum("nai,nij->naj", maps[:, :, :3], workspace.frames.rotations(shapes.frame[used]))
+    origin = maps[:, :, 3] + np.einsum("nai,ni->na", maps[:, :, :3], shapes.position[used])
+    lot = streets.model_lot[shapes.model[lines.owner]]
+    start = origin[owner] + _times(linear[owner], lines.start)
+    return Segments(
+        start=start,
+        end=start + _times(linear[owner], lines.along),
+        outward=_times(linear[owner], lines.outward),
+        outline=outline_ids(shapes)[lines.owner].astype(np.int64),
+        tolerance=_TOLERANCE * streets.extent[lot],
+    )
+
+
+def _times(linear: Floats, vectors: Floats) -> Floats:
+    """[K, 2] matrices [K, 2, 3] times vectors [K, 3]."""
+    return linear[:, :, 0] * vectors[:, :1] + linear[:, :, 1] * vectors[:, 1:2] + linear[:, :, 2] * vectors[:, 2:]
+
+
+def _lateral_directions(vectors: Floats, owner: Ints, shapes: Shapes, workspace: Workspace) -> Floats:
+    """[K, 2] unit directions, in the plan of the lot, in which vectors look; zero for those that look up or down.
+
+    Args:
+        vectors: [K, 3] unit vectors or zero, in the axes of the scopes.
+        owner: [K] the shape that each belongs to.
+        shapes: [N].
+        workspace: workspace of the derivation.
+    """
+    frames, roots = workspace.frames, workspace.roots
+    world = frames.to_world(shapes.frame[owner], vectors)
+    local = frames.to_local(roots.frame[shapes.model[owner]], world)
+    is_lateral = local.any(axis=1) & (nearest_axis(local) != 1)
+    flat = unit(local * [1.0, 0.0, 1.0])[:, [0, 2]]
+    return np.where(is_lateral[:, None], flat, 0.0)
+
+
+def _sides_by_direction(lateral: Floats, owner: Ints, shapes: Shapes, streets: Streets) -> Sides:
+    """[K] sides of what is on no edge of the lot, by the directions [K, 2] in which it looks."""
+    lot = streets.model_lot[shapes.model[owner]].astype(np.int64)
+    inside = sides_of_normals(lateral, streets.front[lot])
+    rows = np.flatnonzero(plan_ids(shapes)[owner] < 0)
+    inside[rows] = edges_that_look_alike(lateral[rows], lot[rows], streets.outlines)
+    return inside
