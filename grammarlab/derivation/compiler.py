@@ -11,9 +11,9 @@ from grammarlab.derivation.expressions import VOCABULARY, CompiledFunction, Expr
 from grammarlab.derivation.forest import RuleName, Site, SiteKind
 from grammarlab.derivation.functions.shape_attributes import ASK_FOR_PIVOT, STATE_DEFAULTS
 from grammarlab.derivation.functions.shape_textures import BUILTINS as TEXTURE_FUNCTIONS
+from grammarlab.derivation.functions.street_sides import STREET_ALIASES
 from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors
 from grammarlab.derivation.operations import OPERATIONS
-from grammarlab.derivation.operations.outlines import STREET_ALIASES
 from grammarlab.derivation.operations.texturing import OPERATIONS as TEXTURING
 from grammarlab.derivation.program import CompiledRule, Program
 from grammarlab.derivation.state.texture_maps import NUM_SETS

@@ -8,12 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.geometry.meshes.clip import slabs
+from grammarlab.geometry.outlines import setback as strips
+from grammarlab.geometry.outlines.setback import REMAINDER
 from grammarlab.language.syntax.syntax_tree import Block, Group, Name, Part
 from tests.oracle import splits
-from tests.oracle.components import SELECTORS, components, joined_faces, picks
-from tests.oracle.expressions import Scope, evaluate
+from tests.oracle.components import SELECTORS, Component, components, joined_faces, picks, segment
+from tests.oracle.expressions import Scope, evaluate, number
 from tests.oracle.operations import argument, extruded
-from tests.oracle.shape import AXES, Mesh, Shape, rectangle
+from tests.oracle.shape import AXES, Mesh, Shape, Vector, rectangle
+from tests.oracle.streets import borders, remembering
 
 
 @dataclass(frozen=True)
@@ -105,7 +108,7 @@ def slab(shape: Shape, axis: int, start: float, extent: float, keep_scope: bool)
     size = shape.size.copy()
     size[axis] = extent
     part = replace(shape.shifted(offset), size=size)
-    for whole in (box, lying, standing):
+    for whole in () if shape.mesh.is_any_kind else (box, lying, standing):
         if is_same(shape.mesh, whole(shape.size)) and (whole, axis) not in ((lying, 1), (standing, 2)):
             return replace(part, mesh=whole(size))
     ends = np.array([start]), np.array([start + extent])
@@ -140,4 +143,42 @@ def comp(block: Block, scope: Scope) -> list[Piece]:
     return pieces
 
 
-BLOCKS: dict[str, Callable[[Block, Scope], list[Piece]]] = {"split": split, "comp": comp}
+def setback(block: Block, scope: Scope) -> list[Piece]:
+    """``setback(distance) { selector : … | remainder : … }``; the library cuts, the oracle says which edges move."""
+    shape, root = scope.shape, scope.model.root
+    distance = number(argument(block.arguments[0], scope).value)
+    parts = flat_parts(block)
+    names = [getattr(part.head, "identifier", "") for part in parts]
+    edges = [border for polygon in shape.mesh.polygons() for border in borders(polygon)]
+    groups = [REMAINDER] * len(edges)
+    for place, name in enumerate(names):
+        for i, (a, b, out) in enumerate(edges):
+            line = Component(segment(shape, a, b, out), out, is_border=False, kind="fe")
+            if groups[i] == REMAINDER and name != "remainder" and picks(name, line, shape, root):
+                groups[i] = place
+    moved = [0.0 if group == REMAINDER else distance for group in groups]
+    cut = strips.setback(shape.mesh.to_columns(), np.full(len(edges), distance), np.array(groups))
+    faces = Mesh.from_columns(cut.meshes)
+    pieces: list[Piece] = []
+    for place, (part, name) in enumerate(zip(parts, names, strict=True)):
+        chosen = np.flatnonzero(cut.group == (REMAINDER if name == "remainder" else place)).tolist()
+        for some in [chosen] if part.inclusive and chosen else [[face] for face in chosen]:
+            polygons = [faces.polygon(face) for face in some]
+            piece = replace(shape, mesh=apart(polygons)).fitted()
+            pieces.append(Piece(place, some[0], remembering(piece, shape, root, moved, polygons)))
+    return pieces
+
+
+def apart(polygons: list[list[Vector]]) -> Mesh:
+    """Faces that share no points, but each may pass the ends of a bridge to a hole twice."""
+    points: list[tuple[float, ...]] = []
+    faces: list[tuple[int, ...]] = []
+    for polygon in polygons:
+        visited = [tuple(point.tolist()) for point in polygon]
+        own = list(dict.fromkeys(visited))
+        faces.append(tuple(len(points) + own.index(point) for point in visited))
+        points += own
+    return Mesh(tuple(map(np.array, points)), tuple(faces))
+
+
+BLOCKS: dict[str, Callable[[Block, Scope], list[Piece]]] = {"split": split, "comp": comp, "setback": setback}

@@ -10,6 +10,7 @@ import numpy as np
 
 from grammarlab.geometry.meshes.mesh import BORDER, INSIDE
 from tests.oracle.shape import Mesh, Shape, Vector, normal
+from tests.oracle.streets import face_side, segment_side
 
 TIE = 1e-6
 NOWHERE = np.zeros(3)
@@ -23,12 +24,15 @@ class Component:
     direction: Vector
     """Its normal, for edges and vertices the mean normal of the faces around; in the axes of the whole shape."""
     is_border: bool
+    kind: str
 
 
 def components(shape: Shape, kind: str) -> list[Component]:
     """All components of a kind: ``f`` faces, ``e`` edges, ``v`` vertices."""
     if kind == "f":
         return [face_component(shape, face) for face in range(len(shape.mesh.faces))]
+    if kind == "fe":
+        return face_edge_components(shape)
     return edge_components(shape) if kind == "e" else vertex_components(shape)
 
 
@@ -36,7 +40,7 @@ def face_component(shape: Shape, face: int) -> Component:
     tag = shape.mesh.tag(face)
     at_border = any(len(faces) == 1 for edge, faces in _faces_by_edge(shape.mesh).items() if face in faces)
     is_border = at_border if tag not in (INSIDE, BORDER) else tag == BORDER
-    return Component(joined_faces(shape, [face]), normal(shape.mesh.polygon(face)), is_border)
+    return Component(joined_faces(shape, [face]), normal(shape.mesh.polygon(face)), is_border, "f")
 
 
 def joined_faces(shape: Shape, faces: Sequence[int]) -> Shape:
@@ -60,22 +64,42 @@ def edge_components(shape: Shape) -> list[Component]:
         mean = unit(sum((normal(mesh.polygon(face)) for face in faces[:2]), NOWHERE))
         if not mean.any():
             mean = normal(mesh.polygon(faces[0]))
-        along = mesh.points[end] - mesh.points[start]
-        x = unit(along)
-        z = unit(mean - x * np.dot(mean, x))
-        frame = np.column_stack([x, np.cross(z, x), z])
-        segment = Mesh((NOWHERE, np.array([np.linalg.norm(along), 0.0, 0.0])), ((0, 1),))
-        edge = replace(
-            shape,
-            position=shape.to_world(mesh.points[start]),
-            rotation=shape.rotation @ frame,
-            pivot=shape.rotation @ frame,
-            pivot_position=shape.to_world(mesh.points[start]),
-            size=segment.points[1],
-            mesh=segment,
-        )
-        result.append(Component(edge, mean, len(faces) == 1))
+        edge = segment(shape, mesh.points[start], mesh.points[end], mean)
+        result.append(Component(edge, mean, len(faces) == 1, "e"))
     return result
+
+
+def face_edge_components(shape: Shape) -> list[Component]:
+    """Every edge of every face: x along it, z out of the face in its plane. Bridges to holes are left out."""
+    faces_by_edge = _faces_by_edge(shape.mesh)
+    result = []
+    for face in shape.mesh.faces:
+        up = normal([shape.mesh.points[i] for i in face])
+        for a, b in zip(face, face[1:] + face[:1], strict=True):
+            at = faces_by_edge.get((a, b), faces_by_edge.get((b, a)))
+            if at is not None:
+                start, end = shape.mesh.points[a], shape.mesh.points[b]
+                out = unit(np.cross(end - start, up))
+                result.append(Component(segment(shape, start, end, out), out, len(at) == 1, "fe"))
+    return result
+
+
+def segment(shape: Shape, start: Vector, end: Vector, z: Vector) -> Shape:
+    """An edge of a shape as a shape: x along it, z as near as possible to a direction."""
+    along = end - start
+    x = unit(along)
+    across = unit(z - x * np.dot(z, x))
+    frame = np.column_stack([x, np.cross(across, x), across])
+    line = Mesh((NOWHERE, np.array([np.linalg.norm(along), 0.0, 0.0])), ((0, 1),))
+    return replace(
+        shape,
+        position=shape.to_world(start),
+        rotation=shape.rotation @ frame,
+        pivot=shape.rotation @ frame,
+        pivot_position=shape.to_world(start),
+        size=line.points[1],
+        mesh=line,
+    )
 
 
 def vertex_components(shape: Shape) -> list[Component]:
@@ -95,7 +119,7 @@ def vertex_components(shape: Shape) -> list[Component]:
             size=NOWHERE,
             mesh=point,
         )
-        result.append(Component(vertex, mean, i in border))
+        result.append(Component(vertex, mean, i in border, "v"))
     return result
 
 
@@ -139,7 +163,8 @@ def _faces_by_edge(mesh: Mesh) -> dict[tuple[int, int], list[int]]:
         for a, b in zip(face, face[1:] + face[:1], strict=True):
             edge = (b, a) if (b, a) in result else (a, b)
             result.setdefault(edge, []).append(f)
-    return result
+    # A face that passes an edge in both directions has a bridge to a hole there.
+    return {edge: faces for edge, faces in result.items() if len(set(faces)) == len(faces)}
 
 
 def nearest_axis(direction: Vector) -> int:
@@ -183,7 +208,8 @@ SELECTORS = {
     "all",
     "border",
     "inside",
-    *(f"{family}.{word}" for family in ("object", "street") for word in QUADRANTS),
+    *(f"object.{word}" for word in QUADRANTS),
+    *(f"street.{word}" for word in ("front", "back", "left", "right", "side")),
     *(f"world.{word}" for word in (*WORLD, "side")),
 }
 """Words that ``picks`` knows."""
@@ -198,6 +224,21 @@ def picks(selector: str, component: Component, shape: Shape, root: Shape) -> boo
         return component.is_border == (selector == "border")
     if family == "world":
         return QUADRANTS[WORLD.get(word, word)](shape.rotation @ component.direction)
+    if family == "street" and shape.lot is not None:
+        side = street_side(component, shape, root)
+        return side in ("left", "right") if word == "side" else side == word
     if family in ("object", "street"):
         return QUADRANTS[word](root.rotation.T @ shape.rotation @ component.direction)
     return (SLOPES if selector in SLOPES else QUADRANTS)[selector](component.direction)
+
+
+def street_side(component: Component, shape: Shape, root: Shape) -> str:
+    """The side of the lot that a component is on; empty for what looks up or down."""
+    own = component.shape
+    if component.kind == "f":
+        return face_side(own, root, own.mesh.polygon(0))
+    out = component.direction
+    start, end = own.position, own.to_world(own.size * [1.0, 0.0, 0.0])
+    if component.kind == "e" and component.is_border and nearest_axis(root.rotation.T @ shape.rotation @ out) == 1:
+        out = np.cross(shape.rotation.T @ (end - start), out)
+    return segment_side(shape, root, start, end, shape.rotation @ unit(out))

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import cast
 
 import numpy as np
 
 from grammarlab.geometry.meshes import primitives
 from grammarlab.geometry.meshes.extrude import extrude as extruded
 from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.outlines import offset as outlines
 from grammarlab.geometry.outlines import roofs
 from tests.oracle.components import unit
 from tests.oracle.expressions import number
 from tests.oracle.operations import OPERATIONS, Call, frame_from_y, primitive
 from tests.oracle.shape import Mesh, Shape, newell, replace
+from tests.oracle.streets import remembering
 
 
 def primitive_with(make: Callable[..., Meshes]) -> Callable[[Call], Shape]:
@@ -48,9 +51,20 @@ def extrude(call: Call) -> Shape:
     return replace(shape, rotation=shape.rotation @ frame, mesh=solid.moved(lambda p: frame.T @ p)).fitted()
 
 
+def offset(call: Call) -> Shape:
+    """Every face moved inwards or outwards; what it remembers of the lot moves with it."""
+    shape, root, distance = call.shape, call.scope.model.root, number(call.arguments[0].value)
+    keep = cast("outlines.Keep", call.words[0] if call.words else "all")
+    faces = outlines.offset(shape.mesh.to_columns(), distance, keep)
+    mesh = replace(Mesh.from_columns(faces), is_any_kind=True)
+    moved = [-distance] * sum(len(face) for face in shape.mesh.faces)
+    return remembering(replace(shape, mesh=mesh).fitted(), shape, root, moved, mesh.polygons())
+
+
 HEAVY: dict[str, Callable[[Call], Shape]] = {
     **OPERATIONS,
     "extrude": extrude,
+    "offset": offset,
     "primitiveCylinder": primitive_with(primitives.cylinder),
     "primitiveQuad": primitive_with(primitives.quad),
     "roofGable": roof_with(roofs.roof_gable),

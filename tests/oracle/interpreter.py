@@ -22,9 +22,13 @@ from tests.oracle.heavy import HEAVY as OPERATIONS
 from tests.oracle.numbers import number_sites
 from tests.oracle.operations import KEYWORDS, Argument, Call, argument
 from tests.oracle.shape import Mesh, Shape, Value, initial_shape
+from tests.oracle.streets import begun, carried
 
 CHILD_LANE, BLOCK_LANE = 0, 1
 MOST_NODES = 20_000
+MOVES = {"center", "r", "rotate", "s", "scale", "t", "translate"}
+NEW_GEOMETRY = {"i", "primitiveCube", "primitiveCylinder", "primitiveQuad"}
+"""Operations after which nothing of a shape is of its lot."""
 
 
 @dataclass
@@ -127,10 +131,11 @@ def interpret(
     start_rule: str | None = None,
     footprint: tuple[float, float] | np.ndarray = (20.0, 20.0),
     assets: Callable[[str], Mesh] | None = None,
+    street_width: list[float] | None = None,
 ) -> Model:
     """Derive model number ``model`` of a seed."""
     key = root_keys(seed, np.array([model], dtype=np.uint64))
-    root = initial_shape(footprint, key)
+    root = begun(initial_shape(footprint, key), street_width)
     result = Model(grammar, attributes or {}, root, assets or _no_assets, number_sites(grammar.tree))
     start = start_rule or (grammar.start_rule.name if grammar.start_rule else "")
     result.nodes.append(NodeRecord(-1, start, 0, 0))
@@ -192,7 +197,10 @@ class _Branch:
         arguments = [argument(node, scope, words) for node in item.arguments]
         if item.name == "set":
             arguments = [Argument(getattr(item.arguments[0], "identifier", ""), word=True), arguments[1]]
-        return OPERATIONS[item.name](Call(item.name, shape, arguments, began, scope, self.model.assets))
+        changed = OPERATIONS[item.name](Call(item.name, shape, arguments, began, scope, self.model.assets))
+        if item.name in MOVES:
+            return carried(shape, changed)
+        return replace(changed, place=None) if item.name in NEW_GEOMETRY else changed
 
     def _divide(self, item: Block, shape: Shape) -> None:
         """Split the shape into parts and carry out what the block says for each, part by part of the text."""

@@ -20,6 +20,7 @@ KEYWORDS = {
     "translate": {"abs", "rel", "scope", "pivot", "object", "world"},
     "rotate": {"abs", "rel", "scope", "pivot", "object", "world"},
     "extrude": {"world.up", "world.up.flatTop", "face.normal", "vertex.normal", "x", "y", "z", "world.y"},
+    "offset": {"all", "inside", "border"},
     "roofGable": {"byAngle", "byHeight"},
     "roofHip": {"byAngle", "byHeight"},
     "roofPyramid": {"byAngle", "byHeight"},
@@ -195,7 +196,7 @@ def extruded(mesh: Mesh, shift: Vector) -> Mesh:
         tops = [tuple(reversed(face)) for face in tops]
         bottoms = list(mesh.faces)
     points = (*mesh.points, *(p + shift for p in mesh.points))
-    return Mesh(points, (*walls, *tops, *bottoms))
+    return Mesh(points, (*walls, *tops, *bottoms), is_any_kind=mesh.is_any_kind)
 
 
 def primitive(mesh: Mesh, call: Call) -> Shape:

@@ -43,6 +43,8 @@ class Mesh:
     faces: tuple[tuple[int, ...], ...]
     tags: tuple[int, ...] = ()
     """One number a face: what ``offset`` left for the selectors ``inside`` and ``border``."""
+    is_any_kind: bool = False
+    """Whether it is cut as meshes of any kind are, though it may fill its scope as a box does."""
 
     def polygon(self, face: int) -> list[Vector]:
         return [self.points[i] for i in self.faces[face]]
@@ -79,6 +81,40 @@ class Mesh:
 
 
 @dataclass(frozen=True)
+class Edge:
+    """An edge of a lot in its plan, with x and z in metres; outside is on the right of who walks along it."""
+
+    start: Vector
+    end: Vector
+    side: str
+    """``front``, ``back``, ``left`` or ``right``."""
+
+
+@dataclass(frozen=True)
+class Lot:
+    """A lot whose streets are known."""
+
+    edges: tuple[Edge, ...]
+    front: Vector
+    """Where the front looks to, in the plan."""
+    extent: float
+    """Metres of its longer side."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the points of a shape were before anything moved them, and the edges of the lot that it still has."""
+
+    matrix: np.ndarray
+    offset: Vector
+    edges: tuple[Edge, ...]
+
+    def was(self, point: Vector) -> Vector:
+        """A point of the world in the axes of the initial shape, from its origin."""
+        return self.matrix @ point + self.offset
+
+
+@dataclass(frozen=True)
 class Shape:
     """A shape under derivation. A local point p lies in the world at ``position + rotation @ p``."""
 
@@ -100,6 +136,10 @@ class Shape:
     """The random key, a column of length 1."""
     node: int = 0
     """The node whose rule is being carried out."""
+    lot: Lot | None = None
+    """None where nothing is known of streets."""
+    place: Place | None = None
+    """None where nothing is known of streets, and for geometry that is not of the lot."""
 
     def to_world(self, point: Vector) -> Vector:
         return self.position + self.rotation @ point
@@ -156,6 +196,8 @@ def initial_shape(footprint: tuple[float, float] | np.ndarray, key: np.ndarray) 
     x = x / np.linalg.norm(x)
     up = np.array([0.0, 1.0, 0.0])
     rotation = np.column_stack([x, up, np.cross(x, up)])
-    local = Mesh(tuple(p @ rotation for p in footprint), (tuple(range(len(footprint))),))
+    visited = [tuple(p) for p in footprint.tolist()]
+    points = list(dict.fromkeys(visited))  # both ends of a bridge to a hole are passed twice
+    local = Mesh(tuple(np.array(p) @ rotation for p in points), (tuple(points.index(p) for p in visited),))
     fitted = Shape(np.zeros(3), rotation, np.zeros(3), local, rotation, np.zeros(3), key=key).fitted()
     return replace(fitted, pivot_position=fitted.position)

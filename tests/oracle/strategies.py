@@ -40,9 +40,19 @@ CONDITIONS = st.sampled_from(
 SELECTORS = st.sampled_from(
     [
         *("front", "back", "left", "side", "top", "bottom", "vertical", "horizontal", "border", "all"),
-        *("0", "split.index + 1", "world.up", "world.south", "world.side", "object.front"),
+        *(
+            "0",
+            "split.index + 1",
+            "world.up",
+            "world.south",
+            "world.side",
+            "object.front",
+            "street.front",
+            "street.side",
+        ),
     ]
 )
+STREET_SELECTORS = st.sampled_from([f"street.{side}" for side in ("front", "front", "back", "left", "right", "side")])
 
 
 @st.composite
@@ -173,6 +183,53 @@ def rule_files(draw: st.DrawFn) -> str:
     )
 
 
+@st.composite
+def street_parts(draw: st.DrawFn, mark: str, bodies: st.SearchStrategy[str], rest: str) -> str:
+    """Parts of a block: some sides of the lot, and what is left."""
+    sides = draw(st.lists(STREET_SELECTORS, min_size=1, max_size=3, unique=True))
+    return " | ".join(f"{side} {mark} {draw(bodies)}" for side in [*sides, rest])
+
+
+@st.composite
+def street_files(draw: st.DrawFn) -> str:
+    """A rule file about lots, some ten metres wide: strips along its edges, masses on the rest, walls of the masses."""
+    small, height = st.sampled_from(["0.4", "0.7", "0.9"]), st.sampled_from(["2", "3.5"])
+    leaf = st.sampled_from(["Leaf", "A.", "[ t(0, 1, 0) A. ]"])
+    walls = st.builds(
+        "comp({}) {{ {} }}".format, st.sampled_from(["f", "f", "f", "e", "fe"]), street_parts(":", leaf, "all")
+    )
+    moved = st.sampled_from(
+        [
+            *("", "t(1, 0, 2)", "r(0, 30, 0)", "s('0.7, '1, '0.5)", "r(0, 90, 0) s('0.5, '2, '1)", "center(xz)"),
+            *("primitiveCube()", "s('0.5, '1, '0.5) center(xz) primitiveCube()", "r(scopeCenter, 0, 170, 0)"),
+        ]
+    )
+    cut = st.sampled_from(
+        ["Walls", "split(x) { ~1.1 : Walls | ~2.3 : Walls }", "split(z) { 0.51 : Walls | ~1 : Walls }"]
+    )
+    mass = st.builds("{} extrude({}) {} {}".format, moved, height, moved, cut)
+    ground = st.one_of(
+        st.builds("offset(-{}, inside) {}".format, small, mass),
+        st.builds("setback({}) {{ {} }}".format, small, street_parts(":", mass, "remainder")),
+        st.builds("setback({}) {{ {} }}".format, small, street_parts("=", st.just("A."), "remainder")),
+        mass,
+        walls,
+    )
+    inner = draw(
+        st.one_of(ground, st.builds("setback({}) {{ {} }}".format, small, street_parts(":", ground, "remainder")))
+    )
+    top = draw(st.one_of(st.just("T."), st.builds("offset(-0.3, inside) extrude(1.2) {}".format, walls)))
+    return "\n".join(
+        [
+            f"Lot --> {inner}",
+            f"Walls --> 60% : {draw(walls)} else : comp(f) {{ street.front : W. | top : Top | all : V. }}",
+            f"Top --> {top}",
+        ]
+    )
+
+
+COURT = [(4, 8), (4, 4), (8, 4), (8, 8)]
+"""Corners of a courtyard, clockwise seen from above."""
 FOOTPRINTS: list[tuple[float, float] | np.ndarray] = [
     (8.0, 6.0),
     (8.0, 6.0),
@@ -181,3 +238,18 @@ FOOTPRINTS: list[tuple[float, float] | np.ndarray] = [
     np.array([[2.0, 0, 6], [7, 0, 4], [5, 0, -1], [0, 0, 1]]),
 ]
 """Rectangles along the axes, a triangle, an L and a rectangle askew."""
+
+LOTS: list[tuple[tuple[float, float] | np.ndarray, list[float] | None]] = [
+    ((12.0, 9.0), [8.0, 0.0, 0.0, 0.0]),
+    ((12.0, 9.0), [8.0, 6.0, 0.0, 0.0]),
+    ((12.0, 9.0), [8.0, 0.0, 12.0, 0.0]),
+    ((12.0, 9.0), [0.0, 0.0, 0.0, 0.0]),
+    ((12.0, 9.0), None),
+    (np.array([[0.0, 0, 11], [9, 0, 12], [11, 0, 1], [1, 0, 0]]), [0.0, 7.0, 0.0, 5.0]),
+    (np.array([[0.0, 0, 9], [7, 0, 9], [7, 0, 4], [14, 0, 4], [14, 0, 0], [0, 0, 0]]), [8.0, 0.0, 8.0, 6.0, 0.0, 0.0]),
+    (
+        np.array([[x, 0.0, z] for x, z in [(0, 12), (12, 12), (12, 0), (0, 0), (0, 12), *COURT, (4, 8)]]),
+        [8.0, 6.0, 0.0, 0.0, 8.0, 0.0, 0.0, 0.0, 0.0, 8.0],
+    ),
+]
+"""Footprints with street widths: a street, a corner, opposite streets, none, unknown, askew, an L, a courtyard."""

@@ -31,6 +31,8 @@ from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.vectors import cross, unit
 from grammarlab.geometry.selectors import nearest_axis
 
+STREET_ALIASES = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "street.left", "street.right")}
+"""Selectors of older rule files, with equivalent selectors."""
 _TOLERANCE = 1e-6
 """Tolerance of points that lie on an edge, as a share of the longer side of the lot."""
 _QUADRANT = np.cos(np.radians(45.0))

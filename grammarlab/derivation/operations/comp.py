@@ -19,7 +19,7 @@ from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPa
 from grammarlab.derivation.calls.texture_transfer import with_pivot
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
-from grammarlab.derivation.functions.street_sides import Lines, by_streets, face_sides, line_sides
+from grammarlab.derivation.functions.street_sides import STREET_ALIASES, Lines, by_streets, face_sides, line_sides
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry import components as parts_of
@@ -327,13 +327,18 @@ def _chosen(call: BoundCall, components: AbstractComponents, head: Head, availab
             return candidates
         placed = components.shapes_of(candidates, "each", aligned=False)
         shapes, number = call.shapes.parts(*placed[:5]), components.index[candidates]
-        flags = selected(call, head.condition, shapes, number, lambda word: components.picked(word)[candidates])
+        flags = selected(call, head.condition, shapes, number, lambda word: _picked(components, word)[candidates])
         return candidates[flags]
     value = head.argument.value
     if head.argument.keyword:
-        return np.flatnonzero(available & components.picked(str(value)))
+        return np.flatnonzero(available & _picked(components, str(value)))
     target_index = np.rint(call.column(head.argument))
     return np.flatnonzero(available & (components.index == target_index[components.row]))
+
+
+def _picked(components: AbstractComponents, selector: str) -> Flags:
+    """[K] the components that a selector, or one of older rule files, names."""
+    return np.logical_or.reduce([components.picked(name) for name in STREET_ALIASES.get(selector, (selector,))])
 
 
 def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: Head) -> BoundPart:
@@ -378,5 +383,7 @@ def edges_of_faces(call: BoundCall) -> tuple[Shapes, Rows]:
 
 
 BLOCKS: dict[str, BlockOperation] = {
-    "comp": BlockOperation(comp, frozenset({*_MAKERS, "zUp", "noAlign"}), (1, 2), frozenset(SELECTORS))
+    "comp": BlockOperation(
+        comp, frozenset({*_MAKERS, "zUp", "noAlign"}), (1, 2), frozenset({*SELECTORS, *STREET_ALIASES})
+    )
 }

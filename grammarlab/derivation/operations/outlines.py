@@ -12,6 +12,7 @@ from grammarlab.arrays import offsets_from_counts, take_rows
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, Operation, selected
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
 from grammarlab.derivation.functions.street_sides import (
+    STREET_ALIASES,
     MovedEdges,
     by_streets,
     line_sides,
@@ -37,8 +38,6 @@ _FEWEST_WITH_HOLE = 8
 """Corners of a triangle with a triangular hole, joined by a bridge that is passed in both directions."""
 _KEEP = frozenset({"all", "inside", "border"})
 _PARTS = frozenset({"shape", "remainder"})
-STREET_ALIASES = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "street.left", "street.right")}
-"""Selectors of older rule files, with equivalent selectors."""
 _WINGS = {
     "shapeL": ("front", "left"),
     "shapeO": ("front", "right", "back", "left"),

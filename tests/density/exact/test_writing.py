@@ -54,6 +54,21 @@ def test_a_split_symbol_is_a_renamed_rule_with_its_condition_above_it():
     assert "the usual kind" not in learned.text
 
 
+def test_a_learned_grammar_still_looks_at_the_street():
+    text = """
+    attr streetWidth = [0]
+    Lot --> 50% : House else : extrude(2) Shed.
+    House --> 30% : setback(streetWidth[0] / 4) { street.front : Garden. | remainder : Mass } else : Mass
+    Mass --> extrude(3) comp(f) { street.front : Front. | streetSide || street.side : Wall. }
+    """
+    learned = learn(text, ["Lot > House"], lambda v: v[:, 0])
+    assert all(word in learned.text for word in ("attr streetWidth = [0]", "street.front : Garden.", "streetSide ||"))
+    forest = derive(Grammar.parse(learned.text), 20, 3, footprint=(9.0, 7.0), street_width=[8.0, 0.0, 0.0, 6.0])
+    leaves = [forest.symbols[symbol] for symbol in forest.nodes.symbol]
+    assert leaves.count("Front.") == 40  # two of each corner house
+    assert 0 < leaves.count("Garden.") < 20
+
+
 def test_what_does_not_change_keeps_text_comments_and_order():
     learned = learn(HOUSE, ["House:1 > Facade@1 >> Window"], lambda v: v[:, 0])
     lines = learned.text.splitlines()
