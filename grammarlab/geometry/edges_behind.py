@@ -16,7 +16,7 @@ _LEAST_TURN = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Outlines:
+class EdgeSets:
     """O sets of directed edges in the plane, each with its label; their outer side is that of `lot_sides`."""
 
     start: Floats
@@ -28,18 +28,9 @@ class Outlines:
     offsets: Ints
     """[O + 1] edges of each set."""
 
-    def take(self, rows: NDArray[np.integer]) -> Outlines:
-        """The sets [K] at these rows."""
-        where, offsets = take_rows(self.offsets, rows)
-        return Outlines(self.start[where], self.end[where], self.label[where], offsets)
-
-    def normals(self) -> Floats:
-        """[S, 2] unit outward normals of the edges; zero without a length."""
-        return _across(self.end - self.start)
-
 
 @dataclass(frozen=True, slots=True)
-class Segments:
+class OutwardSegments:
     """K segments in the plane, each in front of the edges of one set; a segment without a length is a point."""
 
     start: Floats
@@ -67,7 +58,7 @@ class Segments:
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class EdgesBehind:
     """Edges behind K segments."""
 
     label: NDArray[np.int8]
@@ -78,14 +69,15 @@ class Found:
     """[K] metres of the edge that the segment is in front of; 0 for a point."""
 
 
-def edges_behind(segments: Segments, outlines: Outlines) -> Found:
+def edges_behind(segments: OutwardSegments, outlines: EdgeSets) -> EdgesBehind:
     """For each segment the nearest edge behind it that is parallel to it and looks in the same direction.
 
     Of edges at the same distance, the one that it is in front of for the greatest length is taken, then the first.
     """
     edge, offsets = take_rows(outlines.offsets, segments.outline)
     segment = row_of_value(np.diff(offsets))
-    origin, normal = outlines.start[edge], outlines.normals()[edge]
+    origin = outlines.start[edge]
+    normal = _across(outlines.end[edge] - origin)
     along = np.stack([normal[:, 1], -normal[:, 0]], axis=1)
     length = _dot(along, outlines.end[edge] - origin)
     tolerance, is_point = segments.tolerance[segment], segments.is_point()[segment]
@@ -101,7 +93,7 @@ def edges_behind(segments: Segments, outlines: Outlines) -> Found:
     overlap = np.where(is_point[rows], 0.0, overlap[rows])
     best = _best(segment[rows], np.rint(distance / tolerance[rows]), overlap)
     count = len(segments.start)
-    result = Found(np.zeros(count, np.int8), np.full(count, np.inf), np.zeros(count))
+    result = EdgesBehind(np.zeros(count, np.int8), np.full(count, np.inf), np.zeros(count))
     where = segment[rows[best]]
     result.label[where] = outlines.label[edge[rows[best]]]
     result.distance[where] = distance[best]
@@ -109,23 +101,23 @@ def edges_behind(segments: Segments, outlines: Outlines) -> Found:
     return result
 
 
-def best_of_groups(found: Found, group: Ints, num_groups: int) -> NDArray[np.int8]:
+def best_of_groups(behind: EdgesBehind, group: Ints, num_groups: int) -> NDArray[np.int8]:
     """[G] the label of the nearest edge behind a segment of each group, then of the greatest overlap; 0 for none.
 
     Args:
-        found: edges behind K segments; points do not count.
+        behind: edges behind K segments; points do not count.
         group: [K] the group of each segment.
         num_groups: G.
     """
-    rows = np.flatnonzero((found.label > 0) & (found.overlap > 0.0))
+    rows = np.flatnonzero((behind.label > 0) & (behind.overlap > 0.0))
     labels = np.zeros(num_groups, np.int8)
-    best = rows[_best(group[rows], found.distance[rows], found.overlap[rows])]
-    labels[group[best]] = found.label[best]
+    best = rows[_best(group[rows], behind.distance[rows], behind.overlap[rows])]
+    labels[group[best]] = behind.label[best]
     return labels
 
 
 def edges_that_look_alike(
-    normals: Floats, outline: Ints, outlines: Outlines, least_cosine: float = -1.0
+    normals: Floats, outline: Ints, outlines: EdgeSets, least_cosine: float = -1.0
 ) -> NDArray[np.int8]:
     """[K] the label of the edge whose outward normal is nearest to a direction, of equal ones the first; 0 for none.
 
@@ -137,7 +129,7 @@ def edges_that_look_alike(
     """
     edge, offsets = take_rows(outlines.offsets, outline)
     owner = row_of_value(np.diff(offsets))
-    cosine = _dot(outlines.normals()[edge], normals[owner])
+    cosine = _dot(_across(outlines.end[edge] - outlines.start[edge]), normals[owner])
     largest = np.full(len(normals), -np.inf)
     np.maximum.at(largest, owner, cosine)
     is_nearest = (cosine >= largest[owner] - TIE) & (cosine >= least_cosine - TIE)

@@ -8,15 +8,15 @@ from grammarlab.arrays import offsets_from_counts, take_rows
 from grammarlab.derivation.lots import Lots
 from grammarlab.derivation.state.mesh_table import scaled
 from grammarlab.derivation.state.shapes import Value
-from grammarlab.derivation.state.street_outlines import OUTLINE, PLAN, Streets
+from grammarlab.derivation.state.street_outlines import OUTLINE, PLAN, StreetOutlines
 from grammarlab.derivation.state.texture_maps import NONE
 from grammarlab.derivation.state.workspace import Workspace
-from grammarlab.geometry.edges_behind import Outlines
+from grammarlab.geometry.edges_behind import EdgeSets
 from grammarlab.geometry.lot_sides import NO_SIDE, edge_sides, front_normals
 from grammarlab.geometry.meshes.ragged import next_in_row, sum_rows
 
 
-def streets_of_lots(lots: Lots, workspace: Workspace) -> Streets | None:
+def streets_of_lots(lots: Lots, workspace: Workspace) -> StreetOutlines | None:
     """Edges of lots in the axes of their initial shapes; None if nothing is known of the streets of any."""
     widths = lots.footprints.street_width
     if widths is None or len(lots) == 0:
@@ -32,8 +32,8 @@ def streets_of_lots(lots: Lots, workspace: Workspace) -> Streets | None:
     sides = edge_sides(corners, offsets, width)
     edges = np.flatnonzero(sides != NO_SIDE)
     num_edges = sum_rows((sides != NO_SIDE).astype(np.int64), offsets)
-    return Streets(
-        Outlines(corners[edges], corners[next_in_row(offsets)[edges]], sides[edges], offsets_from_counts(num_edges)),
+    return StreetOutlines(
+        EdgeSets(corners[edges], corners[next_in_row(offsets)[edges]], sides[edges], offsets_from_counts(num_edges)),
         front=front_normals(corners, offsets, width),
         extent=roots.size[model].max(axis=1),
         model_lot=model_lot.astype(np.int32),

@@ -15,12 +15,12 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts
 from grammarlab.derivation.state.shapes import Shapes
-from grammarlab.derivation.state.street_outlines import Streets, outline_ids, plan_ids, with_outlines
+from grammarlab.derivation.state.street_outlines import StreetOutlines, outline_ids, plan_ids, with_outlines
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.edges_behind import (
-    Found,
-    Outlines,
-    Segments,
+    EdgesBehind,
+    EdgeSets,
+    OutwardSegments,
     best_of_groups,
     edges_behind,
     edges_that_look_alike,
@@ -46,7 +46,7 @@ _SELECTED: dict[str, tuple[int, ...]] = {
 }
 
 
-class Lines(NamedTuple):
+class OutwardLines(NamedTuple):
     """K edges of shapes [N], or points where ``along`` is zero, in the axes of their scopes."""
 
     start: Floats
@@ -58,9 +58,9 @@ class Lines(NamedTuple):
     owner: Ints
     """[K] the shape of each."""
 
-    def take(self, rows: Ints) -> Lines:
+    def take(self, rows: Ints) -> OutwardLines:
         """The lines at these rows, repeats allowed."""
-        return Lines(self.start[rows], self.along[rows], self.outward[rows], self.owner[rows])
+        return OutwardLines(self.start[rows], self.along[rows], self.outward[rows], self.owner[rows])
 
 
 def by_streets(
@@ -104,7 +104,7 @@ def face_sides(meshes: Meshes, shapes: Shapes, workspace: Workspace) -> Sides:
     return np.where(on_edge > 0, on_edge, _sides_by_direction(lateral, owner, shapes, streets))
 
 
-def line_sides(lines: Lines, shapes: Shapes, workspace: Workspace) -> Sides:
+def line_sides(lines: OutwardLines, shapes: Shapes, workspace: Workspace) -> Sides:
     """[K] sides of edges or points of shapes: of the edge of the lot that they are on, or by their outward vectors."""
     streets = _streets(workspace)
     on_edge = _edges_of(lines, shapes, workspace, streets).label
@@ -112,13 +112,13 @@ def line_sides(lines: Lines, shapes: Shapes, workspace: Workspace) -> Sides:
     return np.where(on_edge > 0, on_edge, _sides_by_direction(lateral, lines.owner, shapes, streets))
 
 
-def outline_lines(meshes: Meshes) -> Lines:
+def outline_lines(meshes: Meshes) -> OutwardLines:
     """[C] the edge that leaves each corner of faces, with the vector that points out of the face within its plane."""
     lines = _around_faces(meshes, face_normals(meshes), np.arange(len(meshes.corners)))
     return lines._replace(outward=unit(cross(lines.along, lines.outward)))
 
 
-class MovedEdges(NamedTuple):
+class EdgeMoves(NamedTuple):
     """How an operation moved the edges of the faces of shapes [N]."""
 
     meshes: Meshes
@@ -130,7 +130,7 @@ class MovedEdges(NamedTuple):
 
 
 def with_moved_edges(
-    parts: Shapes, pieces: Meshes, row: Ints, before: Shapes, moved: MovedEdges, workspace: Workspace
+    parts: Shapes, pieces: Meshes, row: Ints, before: Shapes, moved: EdgeMoves, workspace: Workspace
 ) -> Shapes:
     """Parts of shapes that remember the edges of the lot of which they have something, and no others.
 
@@ -152,8 +152,8 @@ def with_moved_edges(
     piece = lines.owner
     segments = _segments(lines._replace(owner=row[piece]), before, workspace, streets)
     segments = replace(segments, outline=row[piece])
-    found = edges_behind(segments, old)
-    label = np.where(found.distance == 0.0, found.label, NO_SIDE)
+    behind = edges_behind(segments, old)
+    label = np.where(behind.distance == 0.0, behind.label, NO_SIDE)
     if moved.by_direction:
         alike = edges_that_look_alike(segments.normals(), segments.outline, old, _QUADRANT)
         label = np.where(label == NO_SIDE, alike, label)
@@ -172,11 +172,11 @@ def _stand(meshes: Meshes, shapes: Shapes, workspace: Workspace) -> Flags:
     return result
 
 
-def _streets(workspace: Workspace) -> Streets:
-    return cast("Streets", workspace.streets)
+def _streets(workspace: Workspace) -> StreetOutlines:
+    return cast("StreetOutlines", workspace.streets)
 
 
-def _old_and_new_edges(moved: MovedEdges, shapes: Shapes, workspace: Workspace, streets: Streets) -> Outlines:
+def _old_and_new_edges(moved: EdgeMoves, shapes: Shapes, workspace: Workspace, streets: StreetOutlines) -> EdgeSets:
     """For each shape [N] its edges on the edges of the lot, where they were and where they are."""
     lines = outline_lines(moved.meshes)
     label = _edges_of(lines, shapes, workspace, streets).label
@@ -187,13 +187,13 @@ def _old_and_new_edges(moved: MovedEdges, shapes: Shapes, workspace: Workspace, 
     return _outlines(segments, np.arange(len(rows)), label[rows], chosen.owner, shapes.num)
 
 
-def _outlines(segments: Segments, rows: Ints, label: Sides, group: Ints, num_groups: int) -> Outlines:
+def _outlines(segments: OutwardSegments, rows: Ints, label: Sides, group: Ints, num_groups: int) -> EdgeSets:
     """Sets of edges [G] from segments at rows [S], ordered by group, which run so that their outer sides are right."""
     start, end = segments.start[rows], segments.end[rows]
     normals = segments.normals()[rows]
     turn = (end - start)[:, 0] * normals[:, 1] - (end - start)[:, 1] * normals[:, 0] < 0.0
     counts = np.bincount(group, minlength=num_groups)
-    return Outlines(
+    return EdgeSets(
         np.where(turn[:, None], end, start),
         np.where(turn[:, None], start, end),
         label.astype(np.int8),
@@ -201,10 +201,10 @@ def _outlines(segments: Segments, rows: Ints, label: Sides, group: Ints, num_gro
     )
 
 
-def _around_faces(meshes: Meshes, normals: Floats, corners: Ints) -> Lines:
+def _around_faces(meshes: Meshes, normals: Floats, corners: Ints) -> OutwardLines:
     """The edges that leave corners [K] of faces with normals [F, 3], outward in the direction of their face."""
     face = meshes.face_of_corner()[corners]
-    return Lines(
+    return OutwardLines(
         meshes.points[meshes.corner_points()[corners]],
         corner_edges(meshes)[corners],
         normals[face],
@@ -212,26 +212,26 @@ def _around_faces(meshes: Meshes, normals: Floats, corners: Ints) -> Lines:
     )
 
 
-def _edges_of(lines: Lines, shapes: Shapes, workspace: Workspace, streets: Streets) -> Found:
+def _edges_of(lines: OutwardLines, shapes: Shapes, workspace: Workspace, streets: StreetOutlines) -> EdgesBehind:
     """Edges of the lot behind lines [K]; none for shapes that are not of the lot."""
     rows = np.flatnonzero(plan_ids(shapes)[lines.owner] >= 0)
     chosen = lines.take(rows)
-    found = edges_behind(_segments(chosen, shapes, workspace, streets), streets.outlines)
+    behind = edges_behind(_segments(chosen, shapes, workspace, streets), streets.outlines)
     count = len(lines.owner)
-    result = Found(np.zeros(count, np.int8), np.full(count, np.inf), np.zeros(count))
-    result.label[rows], result.distance[rows], result.overlap[rows] = found.label, found.distance, found.overlap
+    result = EdgesBehind(np.zeros(count, np.int8), np.full(count, np.inf), np.zeros(count))
+    result.label[rows], result.distance[rows], result.overlap[rows] = behind.label, behind.distance, behind.overlap
     return result
 
 
-def _segments(lines: Lines, shapes: Shapes, workspace: Workspace, streets: Streets) -> Segments:
-    """Lines [K] in the plans of their lots; without a meaning for shapes that are not of the lot."""
+def _segments(lines: OutwardLines, shapes: Shapes, workspace: Workspace, streets: StreetOutlines) -> OutwardSegments:
+    """OutwardLines [K] in the plans of their lots; without a meaning for shapes that are not of the lot."""
     used, owner = np.unique(lines.owner, return_inverse=True)
     maps = workspace.texture_maps.take(np.maximum(plan_ids(shapes)[used], 0))
     linear = np.einsum("nai,nij->naj", maps[:, :, :3], workspace.frames.rotations(shapes.frame[used]))
     origin = maps[:, :, 3] + np.einsum("nai,ni->na", maps[:, :, :3], shapes.position[used])
     lot = streets.model_lot[shapes.model[lines.owner]]
     start = origin[owner] + _times(linear[owner], lines.start)
-    return Segments(
+    return OutwardSegments(
         start=start,
         end=start + _times(linear[owner], lines.along),
         outward=_times(linear[owner], lines.outward),
@@ -262,7 +262,7 @@ def _lateral_directions(vectors: Floats, owner: Ints, shapes: Shapes, workspace:
     return np.where(is_lateral[:, None], flat, 0.0)
 
 
-def _sides_by_direction(lateral: Floats, owner: Ints, shapes: Shapes, streets: Streets) -> Sides:
+def _sides_by_direction(lateral: Floats, owner: Ints, shapes: Shapes, streets: StreetOutlines) -> Sides:
     """[K] sides of what is on no edge of the lot, by the directions [K, 2] in which it looks."""
     lot = streets.model_lot[shapes.model[owner]].astype(np.int64)
     inside = sides_of_normals(lateral, streets.front[lot])

@@ -19,7 +19,13 @@ from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPa
 from grammarlab.derivation.calls.texture_transfer import with_pivot
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
-from grammarlab.derivation.functions.street_sides import STREET_ALIASES, Lines, by_streets, face_sides, line_sides
+from grammarlab.derivation.functions.street_sides import (
+    STREET_ALIASES,
+    OutwardLines,
+    by_streets,
+    face_sides,
+    line_sides,
+)
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry import components as parts_of
@@ -179,7 +185,7 @@ class _MeshComponents(AbstractComponents):
             # An edge at the border of a face that lies flat looks out of the face, not up.
             lies_flat = nearest_axis(apply(_to_object(self._call, self._shapes)[self.row], outward)) == 1
             outward = np.where((lies_flat & parts.is_border)[:, None], -parts.rotation[:, :, 1], outward)
-        lines = Lines(parts.origin, parts.rotation[:, :, 0] * parts.size[:, :1], outward, self.row)
+        lines = OutwardLines(parts.origin, parts.rotation[:, :, 0] * parts.size[:, :1], outward, self.row)
         return line_sides(lines, self._shapes, self._call.workspace)
 
     def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:

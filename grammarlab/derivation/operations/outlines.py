@@ -13,7 +13,7 @@ from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPa
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
 from grammarlab.derivation.functions.street_sides import (
     STREET_ALIASES,
-    MovedEdges,
+    EdgeMoves,
     by_streets,
     line_sides,
     outline_lines,
@@ -55,7 +55,7 @@ def offset(call: BoundCall) -> Shapes:
     distance = call.column(call.values[0])
     before = local_meshes(call.shapes, call.workspace)
     meshes = outlines.offset(before, distance, keep)
-    moved = MovedEdges(before, -distance[before.mesh_of_face()[before.face_of_corner()]])
+    moved = EdgeMoves(before, -distance[before.mesh_of_face()[before.face_of_corner()]])
     return _replaced(call, meshes, moved)
 
 
@@ -80,7 +80,7 @@ def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     distances = _distances(call, meshes, mesh)
     result = strips.setback(meshes, distances, groups)
     part_groups = [REMAINDER if head.argument.value == "remainder" else index for index, head in enumerate(heads)]
-    moved = MovedEdges(meshes, np.where(groups == REMAINDER, 0.0, distances))
+    moved = EdgeMoves(meshes, np.where(groups == REMAINDER, 0.0, distances))
     return _parts(call, result, heads, part_groups, moved)
 
 
@@ -93,7 +93,7 @@ def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]
     meshes = local_meshes(call.shapes, call.workspace)
     result = rectangles.inner_rectangle(meshes, alignment)
     part_groups = [REMAINDER if head.argument.value == "remainder" else rectangles.RECTANGLE for head in heads]
-    return _parts(call, result, heads, part_groups, MovedEdges(meshes, np.zeros(len(meshes.corners)), True))
+    return _parts(call, result, heads, part_groups, EdgeMoves(meshes, np.zeros(len(meshes.corners)), True))
 
 
 def inner_rect(call: BoundCall) -> Shapes:
@@ -101,7 +101,7 @@ def inner_rect(call: BoundCall) -> Shapes:
     from grammarlab.geometry.outlines import inner_rectangle as rectangles  # noqa: PLC0415
 
     before = local_meshes(call.shapes, call.workspace)
-    return _replaced(call, rectangles.inner_rect(before), MovedEdges(before, np.zeros(len(before.corners)), True))
+    return _replaced(call, rectangles.inner_rect(before), EdgeMoves(before, np.zeros(len(before.corners)), True))
 
 
 def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
@@ -169,20 +169,20 @@ def _wings(name: Literal["shapeL", "shapeO", "shapeU"]) -> BlockOperation:
         distances = strips.wing_depths(meshes, depths)
         result = strips.setback(meshes, distances, np.zeros(len(distances), dtype=np.int64))
         part_groups = [strips.REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
-        return _parts(call, result, heads, part_groups, MovedEdges(meshes, distances))
+        return _parts(call, result, heads, part_groups, EdgeMoves(meshes, distances))
 
     count = len(_WINGS[name])
     return BlockOperation(divide, frozenset(), (count, count), _PARTS)
 
 
-def _replaced(call: BoundCall, meshes: Meshes, moved: MovedEdges) -> Shapes:
+def _replaced(call: BoundCall, meshes: Meshes, moved: EdgeMoves) -> Shapes:
     """The shapes with other geometry [N], which is in their axes."""
     result = replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
     return with_moved_edges(result, meshes, np.arange(call.shapes.num), call.shapes, moved, call.workspace)
 
 
 def _parts(
-    call: BoundCall, result: Setback, heads: Sequence[Head], part_groups: Sequence[int], moved: MovedEdges
+    call: BoundCall, result: Setback, heads: Sequence[Head], part_groups: Sequence[int], moved: EdgeMoves
 ) -> list[BoundPart]:
     """The pieces of each group as shapes: one per piece, or one of all pieces of a shape."""
     owner = result.meshes.mesh_of_face()
@@ -199,7 +199,7 @@ def _parts(
     return parts
 
 
-def _pieces(call: BoundCall, meshes: Meshes, faces: Rows, counts: Rows, row: Rows, moved: MovedEdges) -> Shapes:
+def _pieces(call: BoundCall, meshes: Meshes, faces: Rows, counts: Rows, row: Rows, moved: EdgeMoves) -> Shapes:
     """Shapes made of faces, in the axes of the shapes they come from."""
     shapes, frames = call.shapes, call.workspace.frames
     local = _separated(meshes, faces, counts)

@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, offsets_from_counts
 from grammarlab.derivation.state.shapes import Ids, Shapes
-from grammarlab.geometry.edges_behind import Outlines
+from grammarlab.geometry.edges_behind import EdgeSets
 
 PLAN, OUTLINE = "street:plan", "street:outline"
 """Names in `Shapes.state` of the ids of maps to the plan of the lot, and of sets of edges; no attribute can have them.
 """
 
 
-class Streets:
+class StreetOutlines:
     """Edges and directions of the lots of one derivation, and the sets of edges that operations made of them."""
 
-    def __init__(self, outlines: Outlines, front: Floats, extent: Floats, model_lot: Ids, is_known: NDArray) -> None:
+    def __init__(self, outlines: EdgeSets, front: Floats, extent: Floats, model_lot: Ids, is_known: NDArray) -> None:
         """The initial sets, one per footprint.
 
         Args:
@@ -44,7 +44,7 @@ class Streets:
         """[N] whether anything is known of the streets of the lots of shapes."""
         return self.is_known[self.model_lot[shapes.model]]
 
-    def add(self, outlines: Outlines) -> Ids:
+    def add(self, outlines: EdgeSets) -> Ids:
         """Ids [O] of new sets."""
         first = self._used
         self._parts.append(outlines)
@@ -52,12 +52,12 @@ class Streets:
         return np.arange(first, self._used, dtype=np.int32)
 
     @property
-    def outlines(self) -> Outlines:
+    def outlines(self) -> EdgeSets:
         """All sets, in the order of their ids."""
         if len(self._parts) > 1:
             parts = self._parts
             counts = np.concatenate([np.diff(part.offsets) for part in parts])
-            joined = Outlines(
+            joined = EdgeSets(
                 np.concatenate([part.start for part in parts]),
                 np.concatenate([part.end for part in parts]),
                 np.concatenate([part.label for part in parts]),

@@ -18,7 +18,7 @@ from grammarlab.derivation.state.array_table import ArrayTable
 from grammarlab.derivation.state.mesh_table import MeshTable
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import Shapes, Value, join_values, take_value
-from grammarlab.derivation.state.street_outlines import PLAN, Streets
+from grammarlab.derivation.state.street_outlines import PLAN, StreetOutlines
 from grammarlab.derivation.state.texture_maps import TextureMapTable, map_name
 from grammarlab.derivation.state.width_attribute import StreetWidth, has_widths, widths_of_models
 from grammarlab.derivation.strings import StringTable
@@ -81,7 +81,7 @@ class Workspace:
     recorder: Recorder
     assets: AssetFolder | None = None
     """Folder that asset paths are relative to and may not leave."""
-    streets: Streets | None = None
+    streets: StreetOutlines | None = None
     """Edges along streets, if rules use selectors such as ``street.front`` and something is known of streets."""
     tables: ArrayTable = field(default_factory=ArrayTable)
     texture_maps: TextureMapTable = field(default_factory=TextureMapTable)
