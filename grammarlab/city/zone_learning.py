@@ -167,12 +167,13 @@ class _Search:
             design = np.hstack(parts) * scales[group]
             evidence = evidence_of(design, self.counts, weights)
             weights = evidence.mode.weights
-            slope = np.bincount(group, (evidence.slope * design).sum(axis=0), num) - self.rates[used] * scales
+            slope = np.bincount(group, (evidence.slope * design).sum(axis=0), num).astype(np.float64)
+            slope -= self.rates[used] * scales
             if has_centre:
                 offset = centre - self.u
                 direction = offset / np.maximum(np.hypot(*offset.T), 1e-9)[:, None]
                 slope = np.append(slope, evidence.slope[:, len(columns)] @ direction * scales[len(columns)])
-            return self.rates[used] @ scales - evidence.value, -slope
+            return float(self.rates[used] @ scales) - evidence.value, -slope
 
         first = np.log(np.clip(start.scales[used], 10 * _SCALES[0], _SCALES[1]))
         bounds: list[tuple[float | None, float | None]] = [(np.log(_SCALES[0]), np.log(_SCALES[1]))] * num

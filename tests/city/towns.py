@@ -74,5 +74,5 @@ def sampled(num: int, most: int, seed: int) -> Ints:
 def divergence(one: Floats, other: Floats) -> float:
     """Jensen-Shannon divergence of the zones of a parcel, averaged over the parcels, in nats."""
     middle = (one + other) / 2
-    parts = [part * np.log(np.maximum(part, 1e-300) / middle) for part in (one, other)]
-    return float(0.5 * sum(parts).sum(axis=1).mean())
+    parts = [(part * np.log(np.maximum(part, 1e-300) / middle)).sum(axis=1).mean() for part in (one, other)]
+    return float(np.mean(parts))
