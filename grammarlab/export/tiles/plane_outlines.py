@@ -17,11 +17,13 @@ MAX_CORNERS = 12
 """Most corners of a facet that keeps its outline; others are replaced by their hulls."""
 _SAME = 0.01
 """Metres between corners that are one."""
-_FILLED, _WALL_FILLED = 0.85, 0.5
-"""Smallest share of a hull that its facets cover; walls may have openings. Others are several outlines: a roof around
-a court."""
-_STEEP = 0.3
-"""Largest upward part of the normal of a wall."""
+_FILLED, _STEEP_FILLED = 0.85, 0.5
+"""Smallest share of a hull that its facets cover; walls and steep roofs may have openings. Others are several outlines:
+a flat roof around a court."""
+_SMALL, _SMALL_SHARE = 1.0, 0.005
+"""Smallest area of an outline in square metres, 16 pixels at 234 m, or as a share of all outlines if that is less."""
+_LEVEL = 0.95
+"""Smallest upward part of the normal of a flat roof."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +73,10 @@ def outlines(planes: Planes, light: Floats) -> Outlines:
     local, offsets = _hulls(planes)
     hull_area = _areas(local, offsets)
     num_facets, num_corners = np.diff(planes.wall_facets), np.diff(planes.facets.offsets)
-    is_wall = np.abs(planes.axes[:, 2, 1]) < _STEEP
+    is_level = np.abs(planes.axes[:, 2, 1]) > _LEVEL
     first_corners = num_corners[planes.wall_facets[:-1]]
     is_exact = (num_facets == 1) & (first_corners <= MAX_CORNERS)
-    is_open = planes.covered < np.where(is_wall, _WALL_FILLED, _FILLED) * hull_area
+    is_open = planes.covered < np.where(is_level, _FILLED, _STEEP_FILLED) * hull_area
     separate = is_exact | (is_open & (num_facets > 1))
 
     shade = light[planes.facets.material]
@@ -89,6 +91,12 @@ def outlines(planes: Planes, light: Floats) -> Outlines:
     facets = planes.facets.take(facet_rows)
     alone = Outlines(facets.points, facets.offsets, facets.model, shade[facet_rows], planes.area[facet_rows])
     return hulls.take(np.flatnonzero(~separate & (np.diff(offsets) > 2))).joined(alone)
+
+
+def significant(polygons: Outlines, num_models: int) -> Outlines:
+    """The polygons that are not small."""
+    total_area = np.bincount(polygons.model, polygons.area, num_models)[polygons.model]
+    return polygons.take(np.flatnonzero(polygons.area >= np.minimum(_SMALL, _SMALL_SHARE * total_area)))
 
 
 def within_budget(polygons: Outlines, most_triangles: int, num_models: int) -> Outlines:

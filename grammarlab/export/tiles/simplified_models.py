@@ -16,7 +16,7 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.export.tiles.block_file import polygon_scene
 from grammarlab.export.tiles.covered import is_covered
 from grammarlab.export.tiles.facets import facets
-from grammarlab.export.tiles.plane_outlines import Outlines, outlines, within_budget
+from grammarlab.export.tiles.plane_outlines import Outlines, outlines, significant, within_budget
 from grammarlab.export.tiles.planes import planes
 from grammarlab.export.tiles.slabs import slabs
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -58,7 +58,7 @@ def simplified(scene: Scene, budgets: Sequence[int] = (PLAIN_TRIANGLES, BLOCK_TR
     light = linear_from_srgb(scene.materials.color).astype(np.float64)
     walls = planes(facets(scene))
     walls = walls.take(np.flatnonzero(~is_covered(walls, scene.num_models)))
-    polygons = outlines(walls, light)
+    polygons = significant(outlines(walls, light), scene.num_models)
     bounds = instance_bounds(scene)
     scenes = []
     for budget in budgets:
