@@ -12,6 +12,7 @@ from grammarlab.arrays import Flags, Floats, Ints, index_in_row, offsets_from_co
 from grammarlab.city.lot_edges import LotEdges
 from grammarlab.city.lot_fronts import edge_setbacks, first_edges, sides_of_edges
 from grammarlab.city.moved_edges import moved_inwards
+from grammarlab.city.outline_overlay import overlaid
 from grammarlab.city.parcel_reasons import NARROW, SMALL
 from grammarlab.city.parcels import Outlines
 from grammarlab.city.plan import LotRules
@@ -23,11 +24,13 @@ _LEAST_HOLE = 1.0
 """Square metres; smaller holes are filled, as no building has such a court."""
 _CLEANED = 0.02
 """Metres; corners that change a cut lot by less are slivers of cutting."""
-_ALIKE = 0.15
+_LEAST_TAIL, _LEAST_TAIL_SHARE = 1.0, 0.01
+"""Square metres, and share of the area: the tip of a sharp corner is no tail."""
+_ALIKE = 0.5
 """Metres between an edge of a footprint and the moved edge of the lot that it is a part of."""
 _MITRE_LIMIT = 3.0
 """Largest length of a mitre of a court, as a multiple of the depth of the ring."""
-_COSINE_ALIKE = np.cos(np.radians(10.0))
+_COSINE_ALIKE = np.cos(np.radians(20.0))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -69,11 +72,13 @@ def building_footprints(edges: LotEdges, widths: Floats, request: FootprintReque
     edges, widths = edges.reordered(order), widths[order]
     distances = edge_setbacks(edges, sides_of_edges(edges, widths), request.setbacks)
     moved = moved_inwards(edges, distances)
+    is_moved = np.bincount(edges.outline, distances, minlength=len(edges)) > 0.0
     outline = moved.outline.copy()
     cut = np.flatnonzero(~moved.is_whole)
     outline[cut] = _largest_piece(shapely.simplify(outline[cut], _CLEANED, preserve_topology=True))
-    changed = np.concatenate([cut, _add_courts(outline, request), _fill_small_holes(outline)])
-    reason = _reasons(outline, request)
+    is_narrow, narrowed = _cut_tails(outline, is_moved, request.rules)
+    changed = np.concatenate([cut, narrowed, _add_courts(outline, request), _fill_small_holes(outline)])
+    reason = _reasons(outline, is_narrow, request)
     lot = np.flatnonzero(reason == "")
     footprints = LotEdges.of(outline[lot])
     footprint_widths = _widths_of_parts(footprints, edges, distances, widths, lot, np.isin(lot, changed))
@@ -96,11 +101,42 @@ def _largest_piece(outlines: Outlines) -> Outlines:
     return result
 
 
+def _cut_tails(outline: Outlines, is_moved: Flags, rules: LotRules) -> tuple[Flags, Ints]:
+    """Cut off what is narrower than the smallest side from outlines.
+
+    Args:
+        outline: [S] polygons, which are changed.
+        is_moved: [S] whether an outline may be changed: others are buildings or lots as they are.
+        rules: what footprints must be like.
+
+    Returns:
+        [S] whether an outline has no place for a circle of the smallest side, and the rows of those that were cut.
+    """
+    radius = max(0.5 * rules.least_side - _CLEANED, 0.0)
+    core = _valid(shapely.buffer(outline, -radius, join_style="mitre", mitre_limit=_MITRE_LIMIT))
+    is_narrow = np.asarray(shapely.is_empty(core), dtype=np.bool_)
+    rows = np.flatnonzero(is_moved & ~is_narrow)
+    # A core grows back to the lines of its edges, which may meet beyond the outline.
+    opened = _valid(shapely.buffer(core[rows], radius, join_style="mitre", mitre_limit=_MITRE_LIMIT))
+    opened = _largest_piece(overlaid(shapely.intersection, opened, outline[rows]))
+    lost = shapely.area(outline[rows]) - shapely.area(opened)
+    is_cut = lost > np.maximum(_LEAST_TAIL, _LEAST_TAIL_SHARE * shapely.area(outline[rows]))
+    outline[rows[is_cut]] = shapely.simplify(opened[is_cut], _CLEANED, preserve_topology=True)
+    return is_narrow, rows[is_cut]
+
+
+def _valid(outlines: Outlines) -> Outlines:
+    """[S] outlines, repaired: mitred buffers may cross themselves."""
+    rows = np.flatnonzero(~shapely.is_valid(outlines))
+    outlines[rows] = shapely.make_valid(outlines[rows])
+    return outlines
+
+
 def _add_courts(outline: Outlines, request: FootprintRequest) -> Ints:
     """Put courts into the rings among outlines, and return the rows of those that have one."""
     rules = request.rules
     rows = np.flatnonzero(request.is_ring & (shapely.get_num_interior_rings(outline) == 0))
-    inner = shapely.buffer(outline[rows], -rules.ring_depth, join_style="mitre", mitre_limit=_MITRE_LIMIT)
+    inner = _valid(shapely.buffer(outline[rows], -rules.ring_depth, join_style="mitre", mitre_limit=_MITRE_LIMIT))
     parts, part_row = shapely.get_parts(shapely.simplify(inner, _CLEANED), return_index=True)
     is_court = (shapely.area(parts) >= max(rules.least_court, _LEAST_HOLE)) & (
         shapely.get_num_interior_rings(parts) == 0
@@ -129,11 +165,10 @@ def _fill_small_holes(outline: Outlines) -> Ints:
     return rows[changed]
 
 
-def _reasons(outline: Outlines, request: FootprintRequest) -> NDArray[np.object_]:
+def _reasons(outline: Outlines, is_narrow: Flags, request: FootprintRequest) -> NDArray[np.object_]:
     """[S] why an outline is no footprint; empty for footprints."""
     rules = request.rules
     area = shapely.area(outline)
-    is_narrow = shapely.is_empty(shapely.buffer(outline, -0.5 * rules.least_side + _CLEANED, quad_segs=1))
     conditions = [area <= 0.0, request.is_park, area < rules.least_area, area > rules.most_area, is_narrow]
     return np.select(conditions, [SMALL, "", SMALL, LARGE, NARROW], "").astype(object)
 
@@ -165,7 +200,7 @@ def _widths_of_parts(
     cosine = (footprints.normal[part][row] * edges.normal[corners]).sum(axis=1)
     is_alike = (away < _ALIKE) & (cosine > _COSINE_ALIKE)
     row, corners, beyond, away = row[is_alike], corners[is_alike], beyond[is_alike], away[is_alike]
-    order = np.lexsort((away, beyond, row))
+    order = np.lexsort((away + beyond, row))
     best = order[np.flatnonzero(np.diff(row[order], prepend=-1))]
     result[part[row[best]]] = widths[corners[best]]
     return result

@@ -15,6 +15,7 @@ import shapely
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.city.lot_edges import LotEdges
+from grammarlab.city.outline_overlay import merged, overlaid
 from grammarlab.city.parcels import Outlines
 
 _MITRE_LIMIT = 3.0
@@ -22,7 +23,7 @@ _MITRE_LIMIT = 3.0
 _LEAST_EDGE = 0.05
 """Metres; lots with a shorter edge after the move are cut instead."""
 _OVERLAP = 0.01
-"""Metres that a swept area reaches out of the lot, so that rounding leaves no slivers."""
+"""Metres that swept areas reach out of the lot and over each other, so that rounding leaves no slivers."""
 _PARALLEL = 1e-9
 """Sine of the angle between edges below which they are parallel."""
 
@@ -67,7 +68,7 @@ def moved_inwards(edges: LotEdges, distances: Floats) -> MovedEdges:
     is_whole &= shapely.is_valid(outline)
     outline[is_still], is_whole[is_still] = lots[is_still], True
     cut, corners = edges.take(np.flatnonzero(~is_whole))
-    outline[~is_whole] = shapely.difference(lots[~is_whole], _swept(edges, distances, mitres, cut, corners))
+    outline[~is_whole] = overlaid(shapely.difference, lots[~is_whole], _swept(edges, distances, mitres, cut, corners))
     return MovedEdges(outline, is_whole)
 
 
@@ -112,8 +113,9 @@ def _swept(edges: LotEdges, distances: Floats, mitres: _Mitres, cut: LotEdges, c
     """
     limit = _MITRE_LIMIT * distances
     # At a convex corner all that is in front of the line of the edge goes.
-    before = np.where(mitres.is_convex[edges.shifted(-1)], distances, np.clip(mitres.before, 0.0, limit))[corners]
-    after = np.where(mitres.is_convex, distances, np.clip(mitres.after, 0.0, limit))[corners]
+    starts_convex = mitres.is_convex[edges.shifted(-1)]
+    before = np.where(starts_convex, distances, np.clip(mitres.before, 0.0, limit) + _OVERLAP)[corners]
+    after = np.where(mitres.is_convex, distances, np.clip(mitres.after, 0.0, limit) + _OVERLAP)[corners]
     start, end = cut.points, cut.points[cut.next_corner]
     inwards = -cut.normal * distances[corners][:, None]
     outwards = cut.normal * _OVERLAP
@@ -133,5 +135,5 @@ def _swept(edges: LotEdges, distances: Floats, mitres: _Mitres, cut: LotEdges, c
     row, index = np.unique(cut.outline[moving], return_inverse=True)
     swept = np.full(len(cut), shapely.GeometryCollection(), object)
     groups = np.asarray(shapely.geometrycollections(areas, indices=index), dtype=object)
-    swept[row] = shapely.union_all(groups[:, None], axis=1)
+    swept[row] = merged(groups)
     return swept
