@@ -11,7 +11,14 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, Ints, row_of_value
-from grammarlab.export.city_surfaces import MILLIMETRES, CityGeometry, SurfaceKind, distinct_points, to_grid
+from grammarlab.export.city_surfaces import (
+    MILLIMETRES,
+    CityGeometry,
+    SurfaceKind,
+    distinct_points,
+    to_grid,
+    with_ground,
+)
 from grammarlab.export.surface_labels import GROUND, ROOF, UNLABELLED, WALL, WINDOW, SurfaceLabels
 from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.meshes.mesh import Meshes, Soup
@@ -28,6 +35,8 @@ STEEP = math.cos(math.radians(75.0))
 """Smallest upward part of the normal of a roof: a slope of 75 degrees, so that a mansard is one."""
 _BASE = 0.3
 """Largest height in metres of a face of the ground above the bottom of the building."""
+_FLOOR_SHARE = 0.8
+"""Smallest share of the outline that faces of the ground cover in a model with a floor; boxes of walls have bottoms."""
 ROOF_HEIGHT = 2.0
 """Smallest height in metres of a roof above the bottom of the building."""
 _FLAT_LYING = 0.95
@@ -96,13 +105,16 @@ def city_faces(scene: Scene, corner: Floats) -> CityFaces:
     return CityFaces(points, faces, face_normals(mesh), face_areas(mesh))
 
 
-def surfaces_of(faces: CityFaces, scene: Scene, labels: SurfaceLabels, ground: float) -> CityGeometry | None:
-    """The faces with their kinds.
+def surfaces_of(
+    faces: CityFaces, scene: Scene, labels: SurfaceLabels, outline: shapely.Polygon, ground: float
+) -> CityGeometry | None:
+    """The faces with their kinds, and the outline as their ground if the model has no floor.
 
     Args:
         faces: faces of the scene.
         scene: I instances.
         labels: kinds of the I instances.
+        outline: outline of the building in metres from the frame's origin.
         ground: height of the bottom in metres.
 
     Returns:
@@ -110,17 +122,20 @@ def surfaces_of(faces: CityFaces, scene: Scene, labels: SurfaceLabels, ground: f
     """
     if len(faces) == 0:
         return None
-    kinds, number = _semantic_surfaces(
-        faces, _kinds(faces, labels, ground), labels.opening[faces.faces.mesh], _directions(faces, scene)
-    )
+    kind = _kinds(faces, labels, ground)
+    has_floor = faces.area[kind == GROUND].sum() >= _FLOOR_SHARE * outline.area
+    if not has_floor:
+        kind[kind == GROUND] = WALL
+    kinds, number = _semantic_surfaces(faces, kind, labels.opening[faces.faces.mesh], _directions(faces, scene))
     rows, ends = faces.faces.rows.tolist(), faces.faces.offsets.tolist()
-    return CityGeometry(
+    surfaces = CityGeometry(
         shape="MultiSurface",
         points=faces.points,
         surfaces=[[rows[start:end]] for start, end in pairwise(ends)],
         kinds=kinds,
         kind=number.tolist(),
     )
+    return surfaces if has_floor else with_ground(surfaces, outline, ground)
 
 
 def _divided(points: Ints, faces: Soup) -> Soup:

@@ -36,8 +36,10 @@ def ground_outline(faces: CityFaces, footprint: shapely.Polygon, ground: float) 
         ground: height of the bottom in metres.
     """
     height = faces.points[:, 2].max(initial=0) / MILLIMETRES - ground
-    levels = [_ABOVE_PLINTH, *(share * height for share in _SHARES if share * height > _ABOVE_PLINTH)]
-    walls = np.concatenate([_section(faces, ground + level) for level in levels])
+    upright = faces.select(np.abs(faces.normal[:, 2]) < STEEP)  # eaves stand out
+    higher = [share * height for share in _SHARES if share * height > _ABOVE_PLINTH]
+    sections = [_section(faces, ground + _ABOVE_PLINTH), *(_section(upright, ground + level) for level in higher)]
+    walls = np.concatenate(sections)
     lines = shapely.union_all(shapely.linestrings(_distinct(walls)), grid_size=_SNAP)
     cells = shapely.get_parts(shapely.polygonize([lines]))
     largest = _largest_part(_plain(shapely.union_all(cells[~_is_open(cells, faces, ground)])))

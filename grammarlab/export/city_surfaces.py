@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal, TypeAlias
 
@@ -99,18 +99,40 @@ def block(footprint: shapely.Polygon, low: float, high: float) -> CityGeometry |
     Returns:
         The prism; None if nothing remains of it on the grid of millimetres.
     """
-    rings = rings_on_grid(footprint)
     bottom, top = to_grid(np.array([low, high])).tolist()
+    plan, rings = _plan(footprint)
     if not rings or top <= bottom:
         return None
-    plan = np.concatenate(rings)
     num = len(plan)
     points = np.concatenate([np.column_stack([plan, np.full(num, z)]) for z in (bottom, top)])
-    starts = np.cumsum([0, *(len(ring) for ring in rings)]).tolist()
-    lower = [list(range(start, end)) for start, end in pairwise(starts)]
-    walls = [[[a, b, b + num, a + num]] for ring in lower for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
-    ground, roof = [ring[::-1] for ring in lower], [[row + num for row in ring] for ring in lower]
+    walls = [[[a, b, b + num, a + num]] for ring in rings for a, b in zip(ring, [*ring[1:], ring[0]], strict=True)]
+    ground, roof = [ring[::-1] for ring in rings], [[row + num for row in ring] for ring in rings]
     return solid(points, [ground, *walls, roof], [GROUND, *[WALL] * len(walls), ROOF])
+
+
+def with_ground(geometry: CityGeometry, footprint: shapely.Polygon, low: float) -> CityGeometry:
+    """Surfaces with a ground surface below them: a footprint, in metres, at a height in metres."""
+    plan, rings = _plan(footprint)
+    if not rings:
+        return geometry
+    first = len(geometry.points)
+    ground = [[row + first for row in reversed(ring)] for ring in rings]
+    level = np.full(len(plan), to_grid(np.array(low)))
+    return replace(
+        geometry,
+        points=np.concatenate([geometry.points, np.column_stack([plan, level])]),
+        surfaces=[*geometry.surfaces, ground],
+        kinds=[*geometry.kinds, SurfaceKind(GROUND)],
+        kind=[*geometry.kind, len(geometry.kinds)],
+    )
+
+
+def _plan(footprint: shapely.Polygon) -> tuple[Ints, Surface]:
+    """Points [n, 2] of a footprint in millimetres, and its rings of them seen from above."""
+    rings = rings_on_grid(footprint)
+    starts = np.cumsum([0, *(len(ring) for ring in rings)]).tolist()
+    plan = np.concatenate([np.zeros((0, 2), np.int64), *rings])
+    return plan, [list(range(start, end)) for start, end in pairwise(starts)]
 
 
 def rings_on_grid(polygon: shapely.Polygon) -> list[Ints]:

@@ -160,16 +160,16 @@ def building_line(building: CityBuilding, levels: Iterable[Level] = LEVELS) -> b
 def _geometries(building: CityBuilding, levels: Set[Level]) -> dict[Level, CityGeometry | None]:
     """The geometries of a building; the block is as high as its walls and roof."""
     faces = city_faces(building.scene, building.corner)
+    outline = ground_outline(faces, building.footprint, building.ground)
     geometries: dict[Level, CityGeometry | None] = {}
     if levels & {"1", "2"}:
-        outline = ground_outline(faces, building.footprint, building.ground)
         roofs = roof_map(faces, outline, building.ground)
         walls_and_roof = None if roofs is None else shell(roofs, building.ground)
         highest = (faces if walls_and_roof is None else walls_and_roof).points[:, 2].max(initial=0) / MILLIMETRES
         geometries["1"] = block(outline, building.ground, highest)
         geometries["2"] = walls_and_roof or geometries["1"]
     if "3" in levels:
-        geometries["3"] = surfaces_of(faces, building.scene, building.labels, building.ground)
+        geometries["3"] = surfaces_of(faces, building.scene, building.labels, outline, building.ground)
     return {level: geometries[level] for level in LEVELS if level in levels}
 
 

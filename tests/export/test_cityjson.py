@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from tests.export.cityjson_checks import (
     assert_well_formed,
     features_of,
     geometry_of,
+    surfaces_of,
     types_of,
     volume,
 )
@@ -133,6 +135,18 @@ def test_the_surfaces_of_a_model_are_those_of_the_scene_in_place():
     assert np.min(feature["vertices"], axis=0).tolist() == [40000, -20000, 2000]
     assert np.max(feature["vertices"], axis=0).tolist() == [60000, 0, 8000]
     assert_closed_manifold(geometry)
+
+
+def test_a_model_without_a_floor_stands_on_its_outline():
+    rules = "Lot --> extrude(6) comp(f) { side : t(0, 0, -0.3) s('1, '1, 0.3) primitiveCube() Wall. | top : Roof. }"
+    feature, geometry = level_of(building(rules, footprint=COURT), "3")
+    assert_well_formed(feature)
+    assert Counter(types_of(geometry)) == {"GroundSurface": 1, "WallSurface": 40, "RoofSurface": 16}
+    (ground,) = (part for part, kind in zip(surfaces_of(geometry), types_of(geometry), strict=True) if "Ground" in kind)
+    vertices = np.array(feature["vertices"])
+    outer, court = (vertices[ring][:, :2] for ring in ground)
+    assert shapely.Polygon(outer, [court]).area == 300e6
+    assert set(vertices[ground[0]][:, 2]) == {2000}
 
 
 def test_a_file_is_its_lines_whoever_made_them(tmp_path):
