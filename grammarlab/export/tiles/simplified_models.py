@@ -58,14 +58,24 @@ def simplified(scene: Scene, budgets: Sequence[int] = (PLAIN_TRIANGLES, BLOCK_TR
     light = linear_from_srgb(scene.materials.color).astype(np.float64)
     walls = planes(facets(scene))
     walls = walls.take(np.flatnonzero(~is_covered(walls, scene.num_models)))
-    polygons = significant(outlines(walls, light), scene.num_models)
     bounds = instance_bounds(scene)
+    polygons = _clipped(significant(outlines(walls, light), scene.num_models), scene, bounds)
     scenes = []
     for budget in budgets:
         massing = _massing(polygons, budget - _MAX_SIDES * _SIDE_TRIANGLES, scene.num_models)
         sides = _missing_sides(scene, bounds, massing, light)
         scenes.append(_scene_of(massing.joined(sides), scene))
     return tuple(scenes)
+
+
+def _clipped(polygons: Outlines, scene: Scene, bounds: tuple[Floats, Floats]) -> Outlines:
+    """Polygons within the boxes of their models: facets that are moved into one plane may stick out."""
+    if not len(polygons):
+        return polygons
+    starts = np.flatnonzero(np.diff(scene.model, prepend=-1))
+    owner = np.searchsorted(scene.model[starts], polygons.model).repeat(np.diff(polygons.offsets))
+    low, high = np.minimum.reduceat(bounds[0], starts), np.maximum.reduceat(bounds[1], starts)
+    return replace(polygons, points=np.clip(polygons.points, low[owner], high[owner]))
 
 
 def _massing(polygons: Outlines, most_triangles: int, num_models: int) -> Outlines:
