@@ -52,7 +52,7 @@ class ZoneDesign:
         """The density with the weights of a mode."""
         num = 1 + len(self.features)
         weights = (mode.weights * self.column_scales[:, None]) @ contrasts(len(zones)).T
-        on_kernels = solve_triangular(_root(self.places, self.length).T, weights[num:], lower=False)
+        on_kernels = solve_triangular(kernel_root(self.places, self.length).T, weights[num:], lower=False)
         return ZoneDensity(
             zones=zones,
             frame=self.frame,
@@ -73,10 +73,11 @@ def rounded(values: Floats) -> Floats:
 
 def whitened_kernels(u: Floats, places: Floats, length: float) -> Floats:
     """[n, M] columns whose products are the kernel of points [n, 2], projected on the inducing places [M, 2]."""
-    return solve_triangular(_root(places, length), matern(places, u, length), lower=True).T
+    return solve_triangular(kernel_root(places, length), matern(places, u, length), lower=True).T
 
 
-def _root(places: Floats, length: float) -> Floats:
+def kernel_root(places: Floats, length: float) -> Floats:
+    """[M, M] lower triangle whose product is the kernel of places [M, 2]."""
     return np.asarray(np.linalg.cholesky(matern(places, places, length) + _NUGGET * np.eye(len(places))), np.float64)
 
 

@@ -276,7 +276,8 @@ def held_out_chances(learned: LearnedZones, folds: Ints) -> Floats:
     chances = np.empty_like(learned.counts)
     for fold in np.unique(folds):
         out = folds == fold
-        mode = mode_of(rows[~out], learned.counts[~out], learned.mode.weights)
+        with threadpool_limits(1, "blas"):
+            mode = mode_of(rows[~out], learned.counts[~out], learned.mode.weights)
         density = learned.design.density(mode, learned.density.zones, "")
         chances[out] = density.probabilities(learned.fields.take(out))
     return chances
