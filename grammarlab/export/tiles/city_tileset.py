@@ -13,6 +13,9 @@ from grammarlab.export.tiles.implicit_tileset import write_implicit
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
 from grammarlab.export.tiles.tile_shard import Branch, TileWriter, read_shard, write_above
 
+TILESET = "tileset.json"
+"""Name of the file that viewers open."""
+
 
 def write_city(
     folder: Path,
@@ -21,8 +24,9 @@ def write_city(
     shards: Sequence[TileCell],
     *,
     implicit: bool = False,
+    name: str = TILESET,
 ) -> int:
-    """Write ``tileset.json`` of a city from its written shards, and the tiles above them.
+    """Write the tileset of a city from its written shards, and the tiles above them.
 
     Args:
         folder: the folder of the city.
@@ -30,6 +34,7 @@ def write_city(
         placement: the place of the city.
         shards: cells of the shards that have tiles, in any order, at least one.
         implicit: write an implicit tileset with subtrees, instead of tilesets that refer to those of the shards.
+        name: name of its file in the folder.
 
     Returns:
         Number of all tiles with content.
@@ -55,5 +60,5 @@ def write_city(
         branches = {cell: write_above(writer, grid, cell, parts) for cell, parts in above.items()}
     (root,) = branches.values()
     write = write_implicit if implicit else write_explicit
-    write(folder, grid, root.node, placement.root_transform())
+    write(folder / name, grid, root.node, placement.root_transform())
     return num_tiles + writer.summary(root.num_models).num_tiles

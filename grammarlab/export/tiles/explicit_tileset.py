@@ -24,17 +24,17 @@ def write_shard_tileset(folder: Path, grid: TileGrid, shard: TileNode) -> None:
     write_whole(path, json_bytes(tileset(root, shard.shown().error(grid), None)))
 
 
-def write_explicit(folder: Path, grid: TileGrid, root: TileNode, transform: Floats | None) -> None:
+def write_explicit(path: Path, grid: TileGrid, root: TileNode, transform: Floats | None) -> None:
     """Write the tileset of a city, which refers to those of its shards.
 
     Args:
-        folder: the folder of the city.
+        path: the file, in the folder of the city.
         grid: the quadtree.
         root: the tree.
         transform: [4, 4] from the axes of the root to ECEF metres, if the place is known.
     """
     error = 2.0 * root.shown().error(grid)
-    write_whole(folder / "tileset.json", json_bytes(tileset(_tile_above_shards(root, grid), error, transform)))
+    write_whole(path, json_bytes(tileset(_tile_above_shards(root, grid), error, transform)))
 
 
 def tileset(root: dict[str, Any], error: float, transform: Floats | None, **properties: Any) -> dict[str, Any]:

@@ -38,11 +38,11 @@ _SCHEMA = {
 }
 
 
-def write_implicit(folder: Path, grid: TileGrid, root: TileNode, transform: Floats | None) -> None:
+def write_implicit(path: Path, grid: TileGrid, root: TileNode, transform: Floats | None) -> None:
     """Write the tileset of a city and its subtrees.
 
     Args:
-        folder: the folder of the city.
+        path: the file, in the folder of the city.
         grid: the quadtree.
         root: the tree, from level 0 to the leaves.
         transform: [4, 4] from the axes of the root to ECEF metres, if the place is known.
@@ -51,7 +51,7 @@ def write_implicit(folder: Path, grid: TileGrid, root: TileNode, transform: Floa
     for top in nodes:
         if top.cell.level % SUBTREE_LEVELS == 0:
             name = f"subtrees/{top.cell.level}/{top.cell.x}/{top.cell.y}.subtree"
-            write_whole(folder / name, subtree(top))
+            write_whole(path.parent / name, subtree(top))
     half = grid.size(0) / 2.0
     low, high = float(root.low[2]), float(root.high[2])
     tile = {
@@ -69,7 +69,7 @@ def write_implicit(folder: Path, grid: TileGrid, root: TileNode, transform: Floa
         },
     }
     text = tileset(tile, 2.0 * LEAF_ERROR * 2**grid.leaf_level, transform, schema=_SCHEMA)
-    write_whole(folder / "tileset.json", json_bytes(text))
+    write_whole(path, json_bytes(text))
 
 
 def subtree(top: TileNode) -> bytes:

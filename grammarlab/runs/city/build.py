@@ -18,7 +18,8 @@ from grammarlab.arrays import Ints, offsets_from_counts
 from grammarlab.city.plan import Plan, read_plan
 from grammarlab.export.cityjson import head_line
 from grammarlab.export.model_files import whole_file
-from grammarlab.export.tiles.city_tileset import write_city
+from grammarlab.export.tiles.city_tileset import TILESET, write_city
+from grammarlab.export.tiles.composite_tileset import write_together
 from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.files import folder_below, write_text
@@ -35,18 +36,22 @@ from grammarlab.runs.city.shard import (
     shard_folder,
 )
 from grammarlab.runs.city.survey import Survey, lot_outlines, surveyed
+from grammarlab.runs.city.tree_places import TreePlaces, tree_places
+from grammarlab.runs.city.tree_tiles import TILESET as TREES_TILESET
+from grammarlab.runs.city.tree_tiles import clear_trees, write_trees
 from grammarlab.runs.city.zone_rules import ZoneRules
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.work.results import Progress
 from grammarlab.runs.work.run_folder import only_run_in
 
-TILESET = "tileset.json"
 PARCELS = "parcels.parquet"
 BUILDINGS = "city.city.jsonl"
 CITY = "city.json"
 """What was built: version, plan, frame and zones."""
 FAILED = "failed"
 """Reason of parcels whose building could not be derived."""
+BUILDINGS_TILESET = "buildings.json"
+"""Tileset of the buildings, where there are trees."""
 TILES = "t"
 """Folder of the tiles, by level and column."""
 
@@ -105,6 +110,7 @@ def build_city(
     start = perf_counter()
     read = read_plan(plan)
     zones = tuple(ZoneRules.of(zone) for zone in read.zones)
+    street_trees = None if read.street_trees is None else ZoneRules.along_streets(read.street_trees)
     for zone, rules in zip(read.zones, zones, strict=True):
         rules.check(sorted(zone.attributes))
     survey = surveyed(read, zones)
@@ -112,8 +118,8 @@ def build_city(
         tasks = shard_tasks(survey, zones, folder, cityjson=cityjson)
         records, num_reused = _built(tasks, executor, on_progress)
         _clear(folder, [task.cell for task in tasks])
-        grid, placement = _geography(survey)
-        num_tiles = write_city(folder, grid, placement, [task.cell for task in tasks], implicit=implicit)
+        trees = tree_places(survey, zones, street_trees)
+        num_tiles = _write_tilesets(folder, survey, [task.cell for task in tasks], trees, implicit=implicit)
         failures = {name: message for record in records for name, message in record.failures.items()}
         reason = _reasons(survey, failures)
         _write_table(folder / PARCELS, survey, zones, tasks, records, reason)
@@ -206,6 +212,26 @@ def _clear(folder: Path, cells: Sequence[TileCell]) -> None:
     for entry in sorted(home.iterdir()) if home else []:
         if entry.name not in names and entry.is_dir() and not entry.is_symlink():
             shutil.rmtree(entry)
+
+
+def _write_tilesets(
+    folder: Path, survey: Survey, cells: Sequence[TileCell], trees: Sequence[TreePlaces], *, implicit: bool
+) -> int:
+    """Write the tilesets of buildings and of trees, and one of both; the number of all tiles.
+
+    An implicit tileset is one of buildings alone: it cannot refer to others.
+    """
+    grid, placement = _geography(survey)
+    if not trees or not cells or implicit:
+        num_tiles = write_city(folder, grid, placement, cells, implicit=implicit) if cells else 0
+        if not trees:
+            clear_trees(folder)
+            return num_tiles
+        return num_tiles + write_trees(folder, trees, grid, placement, survey.plan.seed).num_tiles
+    num_tiles = write_city(folder, grid, placement, cells, name=BUILDINGS_TILESET)
+    written = write_trees(folder, trees, grid, placement, survey.plan.seed)
+    write_together(folder / TILESET, (BUILDINGS_TILESET, TREES_TILESET))
+    return num_tiles + written.num_tiles
 
 
 def _reasons(survey: Survey, failures: Mapping[str, str]) -> np.ndarray:

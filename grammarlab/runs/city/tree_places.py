@@ -26,7 +26,7 @@ from grammarlab.trees.planting import HECTARE, Spacing, planted
 from grammarlab.trees.scene import realize_trees
 from grammarlab.trees.species import Species
 
-NUM_GROWN = 6
+NUM_GROWN = 4
 """Number of trees of a species that are grown for a city; all others are instances of these."""
 _CROWN_AREA = 1.5
 """Square metres of a park per square metre of crown, where a plan names no density."""
