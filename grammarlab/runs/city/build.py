@@ -15,7 +15,7 @@ import numpy as np
 
 from grammarlab.about import __version__
 from grammarlab.arrays import Ints, offsets_from_counts
-from grammarlab.city.plan import Plan, read_plan
+from grammarlab.city.plan import read_plan
 from grammarlab.export.cityjson import head_line
 from grammarlab.export.model_files import whole_file
 from grammarlab.export.tiles.city_tileset import TILESET, write_city
@@ -125,7 +125,7 @@ def build_city(
         _write_table(folder / PARCELS, survey, zones, tasks, records, reason)
         if cityjson:
             _write_buildings(folder / BUILDINGS, survey, tasks)
-        _write_city(folder / CITY, read, survey, zones)
+        _write_city(folder / CITY, survey, zones, implicit=implicit)
     empty = Counter(reason[reason != ""].tolist())
     return CityResult(
         folder=folder,
@@ -301,14 +301,15 @@ def _write_buildings(path: Path, survey: Survey, tasks: Sequence[ShardTask]) -> 
                 shutil.copyfileobj(lines, output.stream)
 
 
-def _write_city(path: Path, plan: Plan, survey: Survey, zones: Sequence[ZoneRules]) -> None:
-    frame = survey.parcels.frame
+def _write_city(path: Path, survey: Survey, zones: Sequence[ZoneRules], *, implicit: bool) -> None:
+    plan, frame = survey.plan, survey.parcels.frame
     values = {
         "grammarlab": __version__,
         "plan": str(plan.path.resolve()),
         "crs": frame.crs,
         "origin": list(frame.origin),
         "seed": str(plan.seed),
+        "implicit": implicit,
         "zones": {rules.zone: {"grammar": rules.name, "hash": rules.hash} for rules in zones},
         "remarks": [str(remark) for remark in survey.ground.remarks],
     }

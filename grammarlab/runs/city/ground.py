@@ -26,7 +26,7 @@ _STREET, _PAVEMENT = 10.0, 2.0
 """Metres around parcels that are street, and pavement."""
 _CLOSING = 1.0
 """Gaps between parcels up to twice this width in metres are not streets."""
-_LIFT = {"street": 0.0, "pavement": 0.12, "yard": 0.13, "garden": 0.13, "park": 0.13}
+_LIFT = {"street": 0.0, "pavement": 0.02, "yard": 0.02, "garden": 0.02, "park": 0.02}
 """Metres above the ground of each kind."""
 _YARD = 0.5
 """Share of a parcel that a building fills from which on there is no garden."""

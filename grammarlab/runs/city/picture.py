@@ -10,8 +10,9 @@ import numpy as np
 import shapely
 from PIL import Image
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Flags, Floats
 from grammarlab.city.plan import read_plan
+from grammarlab.export.tiles.simplified_models import PLAIN_TRIANGLES, simplified
 from grammarlab.files import atomic_file
 from grammarlab.rendering.camera import Camera, View, frame
 from grammarlab.rendering.raycast import RaycastRenderer
@@ -23,6 +24,10 @@ from grammarlab.runs.city.zone_rules import ZoneRules, make_buildings
 from grammarlab.scene import Scene, TriangleBatch, triangles
 from grammarlab.scene.joined import joined_materials, of_models
 
+_FULL = 250.0
+"""Metres up to which a picture from the street shows whole buildings; those farther away are walls and roofs."""
+_MOST_FULL = 600
+"""Largest number of whole buildings in a picture: of more, all are walls and roofs if they are seen from above."""
 _AT_ONCE = 128
 """Buildings that are derived together."""
 ABOVE = View(azimuth=25.0, elevation=34.0, field_of_view=30.0, margin=0.01)
@@ -63,7 +68,7 @@ def draw_city(plan: Path, file: Path, *, view: View | StreetView = ABOVE, size: 
     read = read_plan(plan)
     zones = tuple(ZoneRules.of(zone) for zone in read.zones)
     street_trees = None if read.street_trees is None else ZoneRules.along_streets(read.street_trees)
-    batch = _batch(surveyed(read, zones), zones, street_trees)
+    batch = _batch(surveyed(read, zones), zones, street_trees, view)
     options = RenderOptions(width=size[0], height=size[1], ground=False)
     aspect = size[0] / size[1]
     camera = frame(batch.vertices, aspect, view) if isinstance(view, View) else _camera(view)
@@ -81,19 +86,32 @@ def _camera(view: StreetView) -> Camera:
     return Camera(eye, axes, float(np.tan(np.radians(_FIELD_OF_VIEW) / 2)), parallel=False)
 
 
-def _batch(survey: Survey, zones: tuple[ZoneRules, ...], street_trees: ZoneRules | None) -> TriangleBatch:
+def _batch(
+    survey: Survey, zones: tuple[ZoneRules, ...], street_trees: ZoneRules | None, view: View | StreetView
+) -> TriangleBatch:
     """All triangles of a city as one model, in metres of the frame."""
     parts = [_merged(ground_scene(_ground(survey, zones), np.zeros(3), survey.heights), np.zeros((1, 3)))]
+    is_full = _is_full(survey, view)
     for number, rules in enumerate(zones):
-        rows = np.flatnonzero(survey.sites.zone == number)
-        for start in range(0, 0 if rules.is_species else len(rows), _AT_ONCE):
-            sites = survey.sites.take(rows[start : start + _AT_ONCE])
-            made = make_buildings(rules, sites)
-            if made.scene is not None:
-                parts.append(_merged(made.scene, sites.corner[made.row] + made.scene.origins))
+        for full in (True, False):
+            rows = np.flatnonzero((survey.sites.zone == number) & (is_full == full))
+            for start in range(0, 0 if rules.is_species else len(rows), _AT_ONCE):
+                sites = survey.sites.take(rows[start : start + _AT_ONCE])
+                made = make_buildings(rules, sites)
+                if made.scene is not None:
+                    scene = made.scene if full else simplified(made.scene, (PLAIN_TRIANGLES,))[0]
+                    parts.append(_merged(scene, sites.corner[made.row] + made.scene.origins))
     for trees in tree_places(survey, zones, street_trees):
         parts.append(_merged(of_models(grown_cards(trees.rules, survey.plan.seed), trees.grown), trees.place))
     return one_batch(parts)
+
+
+def _is_full(survey: Survey, view: View | StreetView) -> Flags:
+    """[S] whether a site is drawn with its whole building."""
+    corner = survey.sites.corner
+    if isinstance(view, View):
+        return np.full(len(corner), len(corner) <= _MOST_FULL)
+    return np.hypot(corner[:, 0] - view.east, corner[:, 2] + view.north) <= _FULL
 
 
 def _ground(survey: Survey, zones: tuple[ZoneRules, ...]) -> GroundPieces:
