@@ -68,8 +68,8 @@ class ParcelSizes:
 
 STYLES: Mapping[str, ParcelSizes] = {
     "paris": ParcelSizes(),
-    "suburb": ParcelSizes(area=300.0, spread=0.84, frontage=5.0, aspect=2.5, aspect_spread=0.7),
-    "villas": ParcelSizes(area=800.0, spread=0.5, frontage=12.0, aspect=1.29, aspect_spread=0.22),
+    "suburb": ParcelSizes(area=290.0, spread=0.95, frontage=4.0, aspect=2.5, aspect_spread=0.7),
+    "villas": ParcelSizes(area=800.0, spread=0.5, frontage=12.0, aspect=1.15, aspect_spread=0.2),
 }
 """Sizes measured on maps: Paris, 18th arrondissement; Epinay-sur-Orge, a suburb; Kumasi, detached houses."""
 

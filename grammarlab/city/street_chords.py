@@ -7,6 +7,7 @@ bits of a traced line do not reach later splits.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,8 @@ _FLATNESS = 0.2
 """Tolerance: distance in metres of a line with few points from the traced one."""
 _MAX_LENGTH = 2.0
 """Budget: length of a traced line by that of its ring; a circle that never leaves its region ends here."""
+_STEPS_AT_ONCE = 16
+"""Steps of a traced line before it is compared with its ring."""
 _CLEARANCE = 0.5
 """Tolerance: metres behind the start on a ring where its own edge does not count as a hit."""
 
@@ -43,7 +46,7 @@ class Ring:
     @property
     def length(self) -> float:
         """Metres along the ring."""
-        return float(np.linalg.norm(np.roll(self.corners, -1, axis=0) - self.corners, axis=1).sum())
+        return float(np.hypot(*(following(self.corners) - self.corners).T).sum())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,10 +64,15 @@ class Chord:
         return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
 
 
+def following(values: Floats) -> Floats:
+    """The values [n] or [n, 2] at the next corner of each one of a ring."""
+    return np.concatenate([values[1:], values[:1]])
+
+
 def ring_area(corners: Floats) -> float:
     """Signed area of a ring [n, 2], positive if it is counter-clockwise."""
     x, y = (corners - corners[0]).T
-    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum() / 2)
+    return float((x * following(y) - following(x) * y).sum() / 2)
 
 
 def traced_both_ways(ring: Floats, directions: Directions, start: Floats, heading: float) -> Chord | None:
@@ -127,7 +135,7 @@ def nearest_edge(ring: Floats, points: Floats) -> tuple[Floats, Floats, Floats]:
     Returns:
         [m] indices of the edges (as integers), [m] distances in metres, [m, 2] nearest points.
     """
-    along = np.roll(ring, -1, axis=0) - ring
+    along = following(ring) - ring
     offset = points[:, None] - ring
     share = np.clip((offset * along).sum(axis=2) / np.maximum((along**2).sum(axis=1), 1e-12), 0.0, 1.0)
     nearest = ring + share[:, :, None] * along
@@ -140,7 +148,7 @@ def nearest_edge(ring: Floats, points: Floats) -> tuple[Floats, Floats, Floats]:
 def contains(ring: Floats, point: Floats) -> bool:
     """Whether a point [2] is inside a ring [n, 2]."""
     x, y = (ring - point).T
-    next_x, next_y = np.roll(x, -1), np.roll(y, -1)
+    next_x, next_y = following(x), following(y)
     crosses = np.flatnonzero((y > 0) != (next_y > 0))
     east = x[crosses] - y[crosses] * (next_x[crosses] - x[crosses]) / (next_y[crosses] - y[crosses]) > 0
     return bool(east.sum() % 2)
@@ -156,7 +164,7 @@ def _part(ring: Ring, first: int, last: int, start: Floats, end: Floats, inner: 
     between = (first + 1 + np.arange(steps)) % num
     corners = np.concatenate([start[None], ring.corners[between], end[None], inner])
     widths = np.concatenate([[ring.width[first]], ring.width[between], np.full(1 + len(inner), width)])
-    differs = (corners != np.roll(corners, -1, axis=0)).any(axis=1)
+    differs = (corners != following(corners)).any(axis=1)
     return Ring(corners[differs], widths[differs])
 
 
@@ -165,47 +173,83 @@ def _traced(
 ) -> tuple[Floats, int] | None:
     """Points from a start to the first hit of a ring, and the edge that is hit."""
     if directions.is_straight:
-        step = _nearest_direction(directions, start, heading)
-        hit = _first_hit(ring, start, step, clearance, np.inf)
+        angle = _nearest_direction(directions, float(start[0]), float(start[1]), heading)
+        step = np.array([math.cos(angle), math.sin(angle)])
+        hit = _first_hit(ring, start, step, clearance)
         return None if hit is None else (np.stack([start, np.round(start + hit[0] * step, DECIMALS)]), hit[1])
-    points, point, step = [start], start, np.array([np.cos(heading), np.sin(heading)])
-    perimeter = float(np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1).sum())
-    for _ in range(int(_MAX_LENGTH * perimeter / _STEP) + 1):
-        middle = _nearest_direction(directions, point, float(np.arctan2(step[1], step[0])))
-        half = point + 0.5 * _STEP * middle
-        step = _nearest_direction(directions, half, float(np.arctan2(middle[1], middle[0])))
-        hit = _first_hit(ring, point, step, clearance if len(points) == 1 else 0.0, _STEP)
+    pieces, ahead = [start[None]], following(ring)
+    perimeter = float(np.hypot(*(ahead - ring).T).sum())
+    for _ in range(int(_MAX_LENGTH * perimeter / (_STEP * _STEPS_AT_ONCE)) + 1):
+        points, heading = _walk(directions, pieces[-1][-1], heading)
+        hit = _first_crossing(ring, ahead, points, clearance)
         if hit is not None:
-            return np.stack([*points, np.round(point + hit[0] * step, DECIMALS)]), hit[1]
-        point = point + _STEP * step
-        points.append(point)
+            segment, edge, point = hit
+            return np.concatenate([*pieces, points[1 : segment + 1], point[None]]), edge
+        pieces.append(points[1:])
+        clearance = 0.0
     return None
 
 
-def _nearest_direction(directions: Directions, point: Floats, heading: float) -> Floats:
-    """[2] that of the four unit vectors of the cross at a point which is nearest to a heading."""
-    angle = float(directions.at(point[None])[0])
-    quarter = np.pi / 2
-    angle += quarter * np.round((heading - angle) / quarter)
-    return np.array([np.cos(angle), np.sin(angle)])
+def _walk(directions: Directions, start: Floats, heading: float) -> tuple[Floats, float]:
+    """[s + 1, 2] points of a line through a field from a start, by the midpoint rule, and its last heading."""
+    x, y = start.tolist()
+    points = [(x, y)]
+    for _ in range(_STEPS_AT_ONCE):
+        heading = _nearest_direction(directions, x, y, heading)
+        half_x, half_y = x + 0.5 * _STEP * math.cos(heading), y + 0.5 * _STEP * math.sin(heading)
+        heading = _nearest_direction(directions, half_x, half_y, heading)
+        x, y = x + _STEP * math.cos(heading), y + _STEP * math.sin(heading)
+        points.append((x, y))
+    return np.array(points), heading
 
 
-def _first_hit(ring: Floats, start: Floats, step: Floats, least: float, most: float) -> tuple[float, int] | None:
-    """Distance to the nearest edge that a ray crosses, more than `least` and at most `most`, and that edge."""
+def _nearest_direction(directions: Directions, x: float, y: float, heading: float) -> float:
+    """Radians of that of the four ways of the cross at a point which is nearest to a heading."""
+    angle = directions.at(x, y)
+    quarter = math.pi / 2
+    return angle + quarter * round((heading - angle) / quarter)
+
+
+def _first_hit(ring: Floats, start: Floats, step: Floats, least: float) -> tuple[float, int] | None:
+    """Distance to the nearest edge that a ray crosses, more than `least`, and that edge."""
     offset = ring - start
     side = step[0] * offset[:, 1] - step[1] * offset[:, 0]
     ahead = offset @ step
-    next_side, next_ahead = np.roll(side, -1), np.roll(ahead, -1)
+    next_side, next_ahead = following(side), following(ahead)
     crosses = np.flatnonzero((side >= 0) != (next_side >= 0))
     if not len(crosses):
         return None
     share = side[crosses] / (side[crosses] - next_side[crosses])
     distance = ahead[crosses] + share * (next_ahead[crosses] - ahead[crosses])
-    in_range = (distance > least) & (distance <= most)
-    if not in_range.any():
+    if not (distance > least).any():
         return None
-    nearest = np.where(in_range, distance, np.inf).argmin()
+    nearest = np.where(distance > least, distance, np.inf).argmin()
     return float(distance[nearest]), int(crosses[nearest])
+
+
+def _first_crossing(ring: Floats, ahead: Floats, points: Floats, least: float) -> tuple[int, int, Floats] | None:
+    """The first segment of a line [s + 1, 2] that crosses a ring [n, 2], the edge, and the point, rounded.
+
+    Args:
+        ring: the ring.
+        ahead: [n, 2] the next corner of each one.
+        points: the line.
+        least: metres along the first segment where a crossing does not count.
+    """
+    start, step = points[:-1, None], np.diff(points, axis=0)[:, None]
+    offset, next_offset = ring - start, ahead - start
+    side = step[..., 0] * offset[..., 1] - step[..., 1] * offset[..., 0]
+    next_side = step[..., 0] * next_offset[..., 1] - step[..., 1] * next_offset[..., 0]
+    segment, edge = np.nonzero((side >= 0) != (next_side >= 0))
+    share = side[segment, edge] / (side[segment, edge] - next_side[segment, edge])
+    hit = ring[edge] + share[:, None] * (ahead[edge] - ring[edge])
+    along = ((hit - points[segment]) * step[segment, 0]).sum(axis=1) / _STEP
+    is_hit = (along > np.where(segment == 0, least, 0.0)) & (along <= _STEP)
+    if not is_hit.any():
+        return None
+    order = np.lexsort((along[is_hit], segment[is_hit]))
+    first = np.flatnonzero(is_hit)[order[0]]
+    return int(segment[first]), int(edge[first]), np.round(hit[first], DECIMALS)
 
 
 def _flattened(points: Floats) -> Floats:

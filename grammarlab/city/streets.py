@@ -24,6 +24,7 @@ from grammarlab.city.street_chords import (
     bent,
     contains,
     divided,
+    following,
     nearest_edge,
     ring_area,
     traced_both_ways,
@@ -204,7 +205,7 @@ def _is_block(region: Region, directions: Directions, rules: SplitRules, draw: f
 
 def _extents(corners: Floats, directions: Directions) -> tuple[float, float]:
     """Extents of a ring in metres along both directions at its middle."""
-    angle = float(directions.at(_inner_point(corners)[None])[0])
+    angle = directions.at(*_inner_point(corners).tolist())
     first = corners @ np.array([np.cos(angle), np.sin(angle)])
     second = corners @ np.array([-np.sin(angle), np.cos(angle)])
     return float(np.ptp(first)), float(np.ptp(second))
@@ -212,7 +213,7 @@ def _extents(corners: Floats, directions: Directions) -> tuple[float, float]:
 
 def _net_area(ring: Ring, width: float) -> float:
     """Estimated area of a region without the streets on its edges and one more across it."""
-    along = np.roll(ring.corners, -1, axis=0) - ring.corners
+    along = following(ring.corners) - ring.corners
     return ring.area - float((np.linalg.norm(along, axis=1) * ring.width).sum()) / 2
 
 
@@ -241,7 +242,7 @@ def _cuts(
     corners = ring.corners
     joints = crossings.on(corners)
     inside = _inner_point(corners)
-    angle = float(directions.at(inside[None])[0])
+    angle = directions.at(*inside.tolist())
     axes = [np.array([np.cos(turned), np.sin(turned)]) for turned in (angle, angle + np.pi / 2)]
     if not _splits_first(ring, float(np.ptp(corners @ axes[0])), float(np.ptp(corners @ axes[1])), rules):
         axes.reverse()
@@ -296,7 +297,7 @@ class _Profile:
         places = np.linspace(along.min(), along.max(), _SAMPLES)
         side = along - places[:, None]
         after = np.roll(side, -1, axis=1)
-        step = np.roll(across, -1) - across
+        step = following(across) - across
         low, high = np.minimum(side, after), np.maximum(side, after)
         span = np.maximum(high - low, 1e-12)
         # Mean over an edge of its distance below the place: a triangle where the edge crosses it.
@@ -349,12 +350,12 @@ def _middle_of_longest(corners: Floats, axis: Floats, place: float) -> Floats | 
     """[2] middle of the longest part inside a ring of the line across an axis at a place."""
     normal = np.array([-axis[1], axis[0]])
     side, across = corners @ axis - place, corners @ normal
-    after = np.roll(side, -1)
+    after = following(side)
     crosses = np.flatnonzero((side >= 0) != (after >= 0))
     if len(crosses) < 2:
         return None
     share = side[crosses] / (side[crosses] - after[crosses])
-    hits = np.sort(across[crosses] + share * (np.roll(across, -1)[crosses] - across[crosses]))
+    hits = np.sort(across[crosses] + share * (following(across)[crosses] - across[crosses]))
     longest = int((hits[1::2] - hits[::2]).argmax())
     return place * axis + (hits[2 * longest] + hits[2 * longest + 1]) / 2 * normal
 
@@ -368,7 +369,7 @@ def _inner_point(corners: Floats) -> Floats:
 
 def _is_corner(corners: Floats) -> Flags:
     """[n] flags of corners at which a ring turns."""
-    along = np.roll(corners, -1, axis=0) - corners
+    along = following(corners) - corners
     before = np.roll(along, 1, axis=0)
     cross = before[:, 0] * along[:, 1] - before[:, 1] * along[:, 0]
     return np.abs(np.arctan2(cross, (before * along).sum(axis=1))) > _CORNER
@@ -431,8 +432,8 @@ def _is_simple(cut: _Cut) -> bool:
     points = cut.chord.points
     start, end = points[:-1], points[1:]
     corners = cut.ring.corners
-    following = np.roll(corners, -1, axis=0)
-    crossing = _crosses(start, end, corners, following)
+    ahead = following(corners)
+    crossing = _crosses(start, end, corners, ahead)
     crossing[0, cut.chord.edges[0]] = crossing[-1, cut.chord.edges[1]] = False
     near = [np.linalg.norm(corners - point, axis=1) <= _ON_RING for point in points[[0, -1]]]
     for row, touches in zip((0, -1), near, strict=True):  # an end on a corner touches two edges

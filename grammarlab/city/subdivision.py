@@ -41,6 +41,10 @@ _LEAST_AREA = 2.3
 """Tolerance: standard deviations of log area below the median at which parcels end: one in a hundred is smaller."""
 _ASPECT_EXCESS = 2.0
 """Tolerance: a part may be this much longer than its target, in standard deviations of log aspects."""
+_SHORTER = 0.75
+"""Tolerance: parts are always allowed to be less elongated than their plot by this factor."""
+_BREADTH = 0.8
+"""Tolerance: narrower side of the box of a part, by the shortest frontage."""
 _SQUARE = 1.6
 """Tolerance: parts with a lower aspect are always allowed; both halves of a
 plot of 1 to 1.25 have 1.6."""
@@ -205,35 +209,44 @@ def _candidates(nodes: _Nodes, boxes: Boxes, fraction: float, is_across: bool) -
     position = low + place * (high - low)
     cuts = cuts_along(nodes.plots, position[:, None] * axis, direction)
     target = np.maximum(nodes.sizes.aspect * np.exp(nodes.sizes.aspect_spread * _normal(nodes.key, _ASPECT)), 1.0)
+    most = np.maximum(target * np.exp(_ASPECT_EXCESS * nodes.sizes.aspect_spread), _SQUARE)
     fill = np.minimum(_MIN_FILL, _KEPT_FILL * nodes.plots.area / (boxes.length * boxes.breadth))
+    shape = _Shape(target, np.maximum(most, _SHORTER * boxes.aspect), fill).take(cuts.row)
     sizes = nodes.sizes.take(cuts.row)
     badness = np.full(len(cuts.row), abs(fraction - 0.5))
     for part in parts_of(nodes.plots, cuts):
-        badness += _badness(part, fill[cuts.row], sizes, target[cuts.row])
+        badness += _badness(part, sizes, shape)
     return cuts, badness
 
 
-def _badness(part: Plots, fill: Floats, sizes: SizeColumns, target: Floats) -> Floats:
-    """[K] distance of the shape of parts from their target, infinite for parts that may not be.
+@dataclass(frozen=True, slots=True, eq=False)
+class _Shape:
+    """What shape the parts of N plots are to have."""
 
-    Args:
-        part: K parts.
-        fill: [K] least area of a part by that of its box.
-        sizes: [K] sizes of parcels.
-        target: [K] target of the aspect.
-    """
+    target: Floats
+    """[N] the best ratio of the sides of their boxes."""
+    most: Floats
+    """[N] the largest one."""
+    fill: Floats
+    """[N] least area by that of the box."""
+
+    def take(self, rows: NDArray[np.integer]) -> _Shape:
+        return _Shape(self.target[rows], self.most[rows], self.fill[rows])
+
+
+def _badness(part: Plots, sizes: SizeColumns, shape: _Shape) -> Floats:
+    """[K] distance of the shapes of K parts from their target, infinite for parts that may not be."""
     area = part.area
     is_allowed = (area >= sizes.area * np.exp(-_LEAST_AREA * sizes.spread)) & (
         part.frontage >= sizes.frontage + 2 * SNAP
     )
     badness = np.full(len(area), np.inf)
     rows = np.flatnonzero(is_allowed)
-    part, sizes = part.take(rows), sizes.take(rows)
-    boxes = smallest_boxes(part.outline)
+    boxes, shape = smallest_boxes(part.take(rows).outline), shape.take(rows)
     is_shaped = (
-        (boxes.breadth >= 0.8 * sizes.frontage)
-        & (area[rows] >= fill[rows] * boxes.length * boxes.breadth)
-        & (boxes.aspect <= np.maximum(target[rows] * np.exp(_ASPECT_EXCESS * sizes.aspect_spread), _SQUARE))
+        (boxes.breadth >= _BREADTH * sizes.frontage[rows])
+        & (area[rows] >= shape.fill * boxes.length * boxes.breadth)
+        & (boxes.aspect <= shape.most)
     )
-    badness[rows] = np.where(is_shaped, np.abs(np.log(boxes.aspect / target[rows])), np.inf)
+    badness[rows] = np.where(is_shaped, np.abs(np.log(boxes.aspect / shape.target)), np.inf)
     return badness
