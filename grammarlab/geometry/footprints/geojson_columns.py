@@ -6,6 +6,7 @@ with the same result.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +26,7 @@ from grammarlab.geometry.footprints.crs import WGS_84, Crs
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.geometry.footprints.geojson_features import (
     ABSENT,
+    LINEAR,
     Feature,
     feature_of,
     kind_of,
@@ -233,7 +235,7 @@ def _multipolygons(coordinates: Sequence[list[Any]]) -> NDArray[np.object_] | No
 
 
 def _geometry(geometry: Any) -> shapely.Geometry | None:
-    """The polygons of a geometry that has unusual parts; None if none can be read."""
+    """The polygons of a geometry that has unusual parts, or its lines or points; None if none can be read."""
     if not isinstance(geometry, dict):
         return None
     polygons = [
@@ -241,4 +243,15 @@ def _geometry(geometry: Any) -> shapely.Geometry | None:
         for shape in shapes_of(geometry, ABSENT, 0)
         if not isinstance(shape, str) and not isinstance(shape.polygon, str)
     ]
-    return shapely.MultiPolygon(polygons) if polygons else None
+    return shapely.MultiPolygon(polygons) if polygons else _lines_or_points(geometry)
+
+
+def _lines_or_points(geometry: dict[str, Any]) -> shapely.Geometry | None:
+    """A geometry without areas; None if it has areas or cannot be read."""
+    if kind_of(geometry) not in LINEAR:
+        return None
+    try:
+        text = json.dumps({"type": geometry["type"], "coordinates": geometry.get("coordinates")})
+    except RecursionError:
+        return None
+    return shapely.from_geojson(text, on_invalid="ignore")

@@ -19,8 +19,9 @@ _MAX_DEPTH = 16
 """Largest depth of geometry collections in each other."""
 ABSENT = object()
 """Stands for a member that is absent, unlike one that is null."""
-_LINEAR = frozenset({"Point", "MultiPoint", "LineString", "MultiLineString"})
-_GEOMETRIES = _LINEAR | {"Polygon", "MultiPolygon", "GeometryCollection"}
+LINEAR = frozenset({"Point", "MultiPoint", "LineString", "MultiLineString"})
+"""Kinds of geometries without an area."""
+_GEOMETRIES = LINEAR | {"Polygon", "MultiPolygon", "GeometryCollection"}
 _OTHER_FORMATS = {"Topology": "TopoJSON", "CityJSON": "CityJSON", "CityJSONFeature": "CityJSON"}
 _TELLING_MEMBERS = {"spatialReference": "Esri JSON", "geometryType": "Esri JSON", "elements": "JSON of Overpass"}
 """Members of documents of other formats without a type."""
@@ -137,7 +138,7 @@ def shapes_of(geometry: Any, outer: Any, depth: int) -> Iterator[Shape | str]:
         yield f"a geometry of type {kind[:40]!r} is not an outline"
     elif not members and isinstance(members, list):
         yield f"an empty {kind}"
-    elif kind in _LINEAR:
+    elif kind in LINEAR:
         yield f"a {kind} is not an outline"
     elif kind == "GeometryCollection":
         if depth == _MAX_DEPTH or not isinstance(members, list):
