@@ -44,18 +44,22 @@ _COLOR_STEPS = 63.0
 """Steps of sRGB, so that models share materials."""
 
 
-def simplified(scene: Scene, budgets: Sequence[int] = (PLAIN_TRIANGLES, BLOCK_TRIANGLES)) -> tuple[Scene, ...]:
+def simplified(
+    scene: Scene, budgets: Sequence[int] = (PLAIN_TRIANGLES, BLOCK_TRIANGLES), light: Floats | None = None
+) -> tuple[Scene, ...]:
     """Each model of a scene as its largest walls and roofs, within its bounding box.
 
     Args:
         scene: B models.
         budgets: for each result, the largest number of triangles of a model, at least 24.
+        light: [K, 3] linear colours of the materials (`TextureColors.light`); by default without their textures.
 
     Returns:
         Scenes of B models in one instance per wall or roof, each of the mean colour of what it replaces. The same for
         a model alone and in a batch.
     """
-    light = linear_from_srgb(scene.materials.color).astype(np.float64)
+    if light is None:
+        light = linear_from_srgb(scene.materials.color).astype(np.float64)
     walls = planes(facets(scene))
     walls = walls.take(np.flatnonzero(~is_covered(walls, scene.num_models)))
     bounds = instance_bounds(scene)

@@ -76,7 +76,7 @@ def _primitive(
         coordinates = np.concatenate(
             [texture_coordinates(batch, slice(*batch.group_triangles[group : group + 2])) for group in groups.tolist()]
         ).reshape(-1, 2)
-        keys = np.column_stack((corners.ravel(), coordinates.view(np.int32)))
+        keys = np.column_stack((corners.ravel(), coordinates.view(np.int32).astype(np.int64)))
         first, number = by_first_use(_row_numbers(keys))
         rows, coordinates, corners = corners.ravel()[first], coordinates[first], number.reshape(-1, 3)
     model, material = batch.group_model[groups].repeat(counts)[rows], batch.group_material[groups].repeat(counts)[rows]

@@ -16,6 +16,7 @@ from grammarlab.export.tiles.block_file import write_blocks
 from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.explicit_tileset import json_bytes, shard_folder, write_shard_tileset
 from grammarlab.export.tiles.simplified_models import simplified
+from grammarlab.export.tiles.texture_colors import TextureColors
 from grammarlab.export.tiles.tile_file import Level, TileSummary, write_tile
 from grammarlab.export.tiles.tile_grid import SUBTREE_LEVELS, TileCell, TileGrid
 from grammarlab.export.tiles.tile_models import TileModels, joined_tiles
@@ -104,6 +105,7 @@ class TileWriter:
         self._folder = folder
         self._grid = grid
         self._assets = assets
+        self.colors = TextureColors(assets)
         self._cell = top
         self._placement = placement
         self._matrices: dict[TileCell, Floats] = {}
@@ -174,7 +176,7 @@ def _write_branch(writer: TileWriter, grid: TileGrid, cell: TileCell, leaves: _L
     if cell.level == grid.leaf_level:
         models = leaves.pop()
         node = TileNode.above(cell, writer.write(cell, models, "full"))
-        plain, block = simplified(models.scene)
+        plain, block = simplified(models.scene, light=writer.colors.light(models.scene.materials))
         return Branch(
             node,
             TileModels(block, models.offset, models.properties),
