@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import ndtri
 from scipy.stats import skew
 from threadpoolctl import threadpool_limits
 
@@ -27,6 +28,7 @@ from grammarlab.city.softmax_process import Mode, evidence_of, mode_of
 from grammarlab.city.zone_density import Feature, ZoneDensity, places_km, standardised, text_words
 from grammarlab.city.zone_design import ZoneDesign, rounded, spread_order, whitened_kernels
 from grammarlab.errors import UsageError
+from grammarlab.randomness import fold, root_keys, uniforms
 
 MAX_PLACES = 256
 """Most inducing places."""
@@ -48,6 +50,8 @@ _LENGTHS = 2.0 ** np.arange(-2, 3)
 _CENTRES_PER_SIDE, _CENTRE_REACH = 7, 1.5
 """Candidate centres: a grid that reaches so many standard deviations of the answers to each side of their middle."""
 _MAX_STEPS = 25
+_DRAW_LANE = 2718281828
+"""Place below a seed for draws of densities."""
 DISTANCE = "distance to a centre"
 """Name of the distance to the learned centre; with blanks, so that no field of a plan has it."""
 
@@ -254,6 +258,29 @@ def _features(fields: ParcelFields) -> tuple[Feature, ...]:
     return tuple(features)
 
 
+def posterior_draw(learned: LearnedZones, seed: int) -> ZoneDensity:
+    """One draw of the density from what the answers leave open, by the Laplace approximation.
+
+    The learned density is soft where nothing is known, so zones drawn from it are mixed there. Those of a draw form
+    clumps as large as the length of the kernel.
+
+    Args:
+        learned: the zones.
+        seed: 0 <= seed < 2**64.
+    """
+    rows = learned.design.rows(learned.fields)
+    with threadpool_limits(1, "blas"):
+        evidence = evidence_of(rows, learned.counts, learned.mode.weights)
+        size = evidence.mode.weights.size
+        root = np.linalg.cholesky(evidence.covariance.reshape(size, size))
+        keys = fold(root_keys(seed, np.full(size, _DRAW_LANE, np.uint64)), np.arange(size))
+        change = root @ ndtri(np.clip(uniforms(keys, 0), 1e-15, None))
+    weights = evidence.mode.weights + change.reshape(-1, len(rows.T)).T
+    return learned.design.density(
+        replace(evidence.mode, weights=weights), learned.density.zones, learned.density.answers
+    )
+
+
 def shares_of_log_odds(learned: LearnedZones) -> dict[str, float]:
     """Part of each field, and of the ``place``, in the variance of the log-odds at the answers; largest first."""
     rows = learned.design.rows(learned.fields)
@@ -274,8 +301,8 @@ def held_out_chances(learned: LearnedZones, folds: Ints) -> Floats:
     """
     rows = learned.design.rows(learned.fields)
     chances = np.empty_like(learned.counts)
-    for fold in np.unique(folds):
-        out = folds == fold
+    for number in np.unique(folds):
+        out = folds == number
         with threadpool_limits(1, "blas"):
             mode = mode_of(rows[~out], learned.counts[~out], learned.mode.weights)
         density = learned.design.density(mode, learned.density.zones, "")

@@ -38,7 +38,7 @@ def first_questions(fields: ParcelFields, num: int) -> NDArray[np.object_]:
         num: number of questions.
     """
     sample = fields.take(_sample(fields, _SAMPLE))
-    return sample.id[spread_order(places_km(sample, sample.frame), num)]
+    return sample.id[spread_order(places_km(sample, sample.frame), num)] if len(sample) else sample.id
 
 
 def next_questions(learned: LearnedZones, fields: ParcelFields, num: int) -> NDArray[np.object_]:
@@ -51,7 +51,9 @@ def next_questions(learned: LearnedZones, fields: ParcelFields, num: int) -> NDA
     """
     size = len(learned.density.zones) - 1
     most = min(_SAMPLE, int(np.sqrt(_MAX_SIZE) / size))
-    unasked = np.flatnonzero(~np.isin(fields.id, learned.fields.id))
+    unasked = np.flatnonzero(~np.isin(fields.id.astype(str), learned.fields.id.astype(str)))
+    if not len(unasked):
+        return fields.id[:0]
     sample = fields.take(unasked[_sample(fields.take(unasked), most)])
     with threadpool_limits(1, "blas"):
         rows = learned.design.rows(sample)
