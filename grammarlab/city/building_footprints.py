@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -20,6 +20,8 @@ from grammarlab.geometry.meshes.triangulate import keyhole
 
 LARGE = "large"
 """Reason of lots whose footprint has too much area."""
+_LOTS_AT_ONCE = 8192
+"""Lots whose outlines are in memory at once."""
 _LEAST_HOLE = 1.0
 """Square metres; smaller holes are filled, as no building has such a court."""
 _CLEANED = 0.02
@@ -45,6 +47,10 @@ class FootprintRequest:
     """[S] whether any area is good, as for trees."""
     rules: LotRules
 
+    def take(self, rows: Ints) -> FootprintRequest:
+        """What is built on the lots at these rows."""
+        return replace(self, setbacks=self.setbacks[rows], is_ring=self.is_ring[rows], is_park=self.is_park[rows])
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BuildingFootprints:
@@ -68,6 +74,22 @@ def building_footprints(edges: LotEdges, widths: Floats, request: FootprintReque
         widths: widths of the streets along them in metres, 0 for none.
         request: what is built on the lots.
     """
+    parts: list[BuildingFootprints] = []
+    for start in range(0, len(edges), _LOTS_AT_ONCE):
+        lots = np.arange(start, min(start + _LOTS_AT_ONCE, len(edges)))
+        block, corners = edges.take(lots)
+        part = _footprints_of_block(block, widths[corners], request.take(lots))
+        parts.append(replace(part, lot=part.lot + start))
+    return BuildingFootprints(
+        reason=np.concatenate([np.zeros(0, object), *(part.reason for part in parts)]),
+        lot=np.concatenate([np.zeros(0, np.int64), *(part.lot for part in parts)]),
+        edges=LotEdges.concatenate([part.edges for part in parts]),
+        street_width=np.concatenate([np.zeros(0), *(part.street_width for part in parts)]),
+    )
+
+
+def _footprints_of_block(edges: LotEdges, widths: Floats, request: FootprintRequest) -> BuildingFootprints:
+    """Footprints on a few lots; see `building_footprints`."""
     order = edges.starting_at(first_edges(edges, widths))
     edges, widths = edges.reordered(order), widths[order]
     distances = edge_setbacks(edges, sides_of_edges(edges, widths), request.setbacks)

@@ -7,6 +7,7 @@ map that draws an outline from another corner, or clockwise, has the same buildi
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -53,6 +54,18 @@ class LotEdges:
             points=points[np.where(is_turned, turned, index)],
             ring_offsets=offsets,
             outline_offsets=offsets_from_counts(np.bincount(outline, minlength=len(outlines))),
+        )
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[LotEdges]) -> LotEdges:
+        """The outlines of all parts, in order."""
+        sizes = [np.diff(part.ring_offsets) for part in parts]
+        holes = [np.diff(part.outline_offsets) for part in parts]
+        none = np.zeros(0, np.int64)
+        return cls(
+            points=np.concatenate([np.zeros((0, 2)), *(part.points for part in parts)]),
+            ring_offsets=offsets_from_counts(np.concatenate([none, *sizes])),
+            outline_offsets=offsets_from_counts(np.concatenate([none, *holes])),
         )
 
     @cached_property

@@ -8,6 +8,7 @@ an edge.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,10 @@ DEFAULT_WIDTH = 8.0
 _LEAST_COSINE = 0.5
 """Streets within 60 degrees of the outward normal of an edge are in front of it."""
 _MICROMETRE = 1e-6
+_BAND = 500.0
+"""Metres from south to north of a band of lots that are looked at from west to east."""
+_LOTS_AT_ONCE = 8192
+"""Lots whose neighbours are in memory at once: some 200 MB for maps with many corners."""
 _LEAST_OPEN = 0.5
 """Smallest share of the length of an edge on a street that is not along other parcels."""
 
@@ -53,21 +58,70 @@ def street_widths(
         streets: lines of streets; None if they are unknown.
         is_street_plot: [N] whether a parcel is a street itself, or covers another one: it cuts no other one off.
     """
-    parts = open_parts(edges, parcels, rows, is_street_plot)
-    is_open = (parts.share >= _LEAST_OPEN) & ~edges.is_hole
-    if streets is None:
-        return np.where(is_open, DEFAULT_WIDTH, 0.0)
+    ground = _Ground.of(parcels, np.flatnonzero(~is_street_plot), streets)
     widths = np.zeros(len(edges.points))
-    corners = np.flatnonzero(is_open)
-    widths[corners] = _line_widths(parts.middle[corners], edges.normal[corners], parcels[~is_street_plot], streets)
+    for lots in _neighbourhoods(edges):
+        block, corners = edges.take(lots)
+        widths[corners] = _widths_of_block(block, rows[lots], ground)
     return widths
 
 
-def open_parts(edges: LotEdges, parcels: Outlines, rows: Ints, is_street_plot: Flags) -> OpenParts:
-    """Parts of the edges of lots that are not within `GAP` of another parcel; arguments as of `street_widths`."""
-    others = np.flatnonzero(~is_street_plot)
-    walls = LotEdges.of(parcels[others])
-    edge, wall = _near_pairs(edges, walls, rows[edges.outline], others[walls.outline])
+@dataclass(frozen=True, slots=True, eq=False)
+class _Ground:
+    """Parcels that cut others off, and streets, with their search trees."""
+
+    row: Ints
+    """[M] rows of the parcels."""
+    outline: Outlines
+    """[M] their outlines."""
+    tree: shapely.STRtree
+    streets: StreetLines | None
+    street_tree: shapely.STRtree | None
+
+    @classmethod
+    def of(cls, parcels: Outlines, row: Ints, streets: StreetLines | None) -> _Ground:
+        outline = parcels[row]
+        street_tree = None if streets is None else shapely.STRtree(streets.line)
+        return cls(row, outline, shapely.STRtree(outline), streets, street_tree)
+
+    def near(self, boxes: Floats) -> Ints:
+        """Indices of the parcels whose boxes are within `GAP` of boxes [n, 4]."""
+        west, south, east, north = (boxes + np.array([-GAP, -GAP, GAP, GAP])).T
+        return np.unique(self.tree.query(shapely.box(west, south, east, north))[1])
+
+
+def _neighbourhoods(edges: LotEdges) -> Iterator[Ints]:
+    """Lots in groups of near ones, so that memory does not grow with the map."""
+    west, south = edges.points[edges.ring_offsets[edges.outline_offsets[:-1]]].T
+    order = np.lexsort((west, np.floor(south / _BAND)))
+    for start in range(0, len(order), _LOTS_AT_ONCE):
+        yield order[start : start + _LOTS_AT_ONCE]
+
+
+def _widths_of_block(edges: LotEdges, rows: Ints, ground: _Ground) -> Floats:
+    """[P] widths of streets along the edges of some lots, whose parcels have these rows [S]."""
+    low = np.minimum.reduceat(edges.points, edges.ring_offsets[edges.outline_offsets[:-1]])
+    high = np.maximum.reduceat(edges.points, edges.ring_offsets[edges.outline_offsets[:-1]])
+    near = ground.near(np.column_stack([low, high]))
+    walls = LotEdges.of(ground.outline[near])
+    parts = _open_parts(edges, walls, rows[edges.outline], ground.row[near][walls.outline])
+    is_open = (parts.share >= _LEAST_OPEN) & ~edges.is_hole
+    widths = np.zeros(len(edges.points))
+    corners = np.flatnonzero(is_open)
+    widths[corners] = _line_widths(parts.middle[corners], edges.normal[corners], ground)
+    return widths
+
+
+def _open_parts(edges: LotEdges, walls: LotEdges, owner: Ints, wall_owner: Ints) -> OpenParts:
+    """Parts of edges that are not within `GAP` of another parcel.
+
+    Args:
+        edges: edges of lots, P in all.
+        walls: edges of parcels, W in all.
+        owner: [P] rows of the parcels of the edges.
+        wall_owner: [W] rows of the parcels of the walls.
+    """
+    edge, wall = _near_pairs(edges, walls, owner, wall_owner)
     start, end = _covered(edges, walls, edge, wall)
     is_covering = end > start
     edge, start, end = edge[is_covering], start[is_covering], end[is_covering]
@@ -137,9 +191,12 @@ def _open_between(edges: LotEdges, edge: Ints, start: Floats, end: Floats) -> Op
     return OpenParts(share, edges.points + middle[:, None] * direction)
 
 
-def _line_widths(middle: Floats, normal: Floats, parcels: Outlines, streets: StreetLines) -> Floats:
+def _line_widths(middle: Floats, normal: Floats, ground: _Ground) -> Floats:
     """[K] width of the nearest street in front of points with no parcel between; 0 if there is none."""
-    point, line = shapely.STRtree(streets.line).query(shapely.points(middle), predicate="dwithin", distance=REACH)
+    streets, tree = ground.streets, ground.street_tree
+    if streets is None or tree is None:
+        return np.full(len(middle), DEFAULT_WIDTH)
+    point, line = tree.query(shapely.points(middle), predicate="dwithin", distance=REACH)
     views = shapely.shortest_line(shapely.points(middle[point]), streets.line[line])
     ends = shapely.get_coordinates(views).reshape(-1, 2, 2)
     view = ends[:, 1] - ends[:, 0]
@@ -148,7 +205,7 @@ def _line_widths(middle: Floats, normal: Floats, parcels: Outlines, streets: Str
     # Parcels may reach to the middle of the street.
     is_ahead = (ahead >= _LEAST_COSINE * distance) | (distance <= GAP)
     point, line, view, distance = point[is_ahead], line[is_ahead], view[is_ahead], distance[is_ahead]
-    is_clear = ~_is_blocked(middle[point], view, distance, parcels)
+    is_clear = ~_is_blocked(middle[point], view, distance, ground.tree)
     point, line, distance = point[is_clear], line[is_clear], distance[is_clear]
     width = np.where(np.isnan(streets.width[line]), DEFAULT_WIDTH, streets.width[line])
     order = np.lexsort((-width, distance, point))
@@ -159,10 +216,10 @@ def _line_widths(middle: Floats, normal: Floats, parcels: Outlines, streets: Str
     return result
 
 
-def _is_blocked(origin: Floats, view: Floats, distance: Floats, parcels: Outlines) -> Flags:
+def _is_blocked(origin: Floats, view: Floats, distance: Floats, parcels: shapely.STRtree) -> Flags:
     """[K] whether a parcel lies between points and what is seen from them; the first `GAP` does not count."""
     skipped = np.minimum(GAP / np.maximum(distance, GAP), 1.0)[:, None]
     lines = _lines(origin + skipped * view, origin + view)
     blocked = np.zeros(len(lines), np.bool_)
-    blocked[shapely.STRtree(parcels).query(lines, predicate="intersects")[0]] = True
+    blocked[parcels.query(lines, predicate="intersects")[0]] = True
     return blocked & (distance > GAP)

@@ -117,6 +117,14 @@ def test_small_narrow_and_large_lots_stay_empty():
     assert result.reason.tolist() == [SMALL, "", "", LARGE, ""]
 
 
+def test_what_is_narrower_than_the_smallest_side_is_cut_off():
+    wings = shapely.Polygon([(0, 0), (60, 0), (60, 9), (30, 9), (30, 34), (27, 34), (27, 30), (0, 30)])
+    shape = polygons(built([wings], [8.0] + [0.0] * 7, request(1, (3.0, 3.0, 3.0))))[0]
+    assert shapely.hausdorff_distance(shape, shapely.box(3, 3, 27, 27)) < 0.05
+    whole = polygons(built([wings], [8.0] + [0.0] * 7, request(1, (0.0, 0.0, 0.0))))[0]
+    assert shapely.equals(whole, wings)
+
+
 def test_holes_are_courts_with_the_setback_of_sides():
     result = built([COURT], [8.0] + [0.0] * 7, request(1, (0.0, 1.0, 0.0)))
     (polygon,) = polygons(result)
@@ -161,11 +169,12 @@ def test_start_rules_are_those_of_corner_inner_and_other_lots():
     assert lot_kinds(edges, widths).tolist() == [LOT, INNER_LOT, CORNER_LOT, LOT, CORNER_LOT]
 
 
-def test_a_footprint_does_not_depend_on_other_lots():
+def test_a_footprint_does_not_depend_on_other_lots(monkeypatch: pytest.MonkeyPatch):
     outlines = simplified(lot_map(1).parcels.outline)
     edges = LotEdges.of(outlines)
     widths = street_widths(edges, outlines, np.arange(len(outlines)), None, np.zeros(len(outlines), bool))
     wish = replace(request(len(outlines)), is_ring=np.arange(len(outlines)) % 2 == 0)
+    monkeypatch.setattr("grammarlab.city.building_footprints._LOTS_AT_ONCE", 10)
     together = building_footprints(edges, widths, wish)
     for index, row in enumerate(together.lot.tolist()):
         alone = building_footprints(

@@ -34,6 +34,15 @@ def test_a_choice_of_outlines_has_their_corners():
     assert shapely.equals(taken.polygons(taken.points), outlines[rows]).all()
 
 
+def test_parts_one_after_the_other_are_the_whole():
+    outlines = np.array([COURT, *lot_map(1).parcels.outline], dtype=object)
+    edges = LotEdges.of(outlines)
+    joined = LotEdges.concatenate([LotEdges.of(outlines[:3]), LotEdges.of(outlines[3:3]), LotEdges.of(outlines[3:])])
+    assert joined.points.tobytes() == edges.points.tobytes()
+    assert joined.ring_offsets.tolist() == edges.ring_offsets.tolist()
+    assert joined.outline_offsets.tolist() == edges.outline_offsets.tolist()
+
+
 def test_another_first_corner_is_the_same_ring():
     edges = LotEdges.of(np.array([COURT, *lot_map(2).parcels.outline], dtype=object))
     first = edges.ring_offsets[edges.outline_offsets[:-1]] + 2

@@ -136,6 +136,13 @@ def test_streets_do_not_depend_on_the_order_of_parcels():
         assert shuffled == [straight[row] for row in order]
 
 
+def test_streets_do_not_depend_on_which_lots_are_looked_at_together(monkeypatch: pytest.MonkeyPatch):
+    quarter = lot_map(7)
+    whole = widths_of(quarter.parcels.outline, quarter.streets)
+    monkeypatch.setattr("grammarlab.city.street_edges._LOTS_AT_ONCE", 3)
+    assert widths_of(quarter.parcels.outline, quarter.streets) == whole
+
+
 def test_a_new_parcel_changes_those_that_it_touches_or_cuts_off():
     quarter = lot_map(7)
     outlines = quarter.parcels.outline
