@@ -202,4 +202,7 @@ def _remarks(layer: MapLayer, crs: str | None, system: MetricSystem, pieces: Pie
     remarks = [Remark(layer.name, "coordinates", reason) for reason in remarks]
     if pieces.num_repaired:
         remarks.append(Remark(layer.name, "repair", f"{pieces.num_repaired:,} outlines cross themselves: repaired"))
+    if pieces.num_slivers:
+        reason = f"{pieces.num_slivers:,} parts of less than 1 m² are left out: their parcels have larger ones"
+        remarks.append(Remark(layer.name, "outline", reason))
     return remarks

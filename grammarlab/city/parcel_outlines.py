@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -20,8 +20,10 @@ _MIN_PIECE = 0.01
 """Share of the area of a repaired outline below which a piece is left out."""
 _MAX_CORNERS = 10_000
 """Most corners of an outline."""
-_MAX_REPAIRED_CORNERS = 1_000
-"""Most corners of an outline that is repaired: as many edges may cross in half a million places."""
+_MAX_CROSSINGS = 500_000
+"""Most pairs of edges of an outline that is repaired whose boxes meet: each may be a crossing."""
+_SAMPLE = 100
+"""Edges whose neighbours are counted to estimate all such pairs."""
 _MAX_TOTAL_CORNERS = 100_000_000
 _MAX_DISTANCE = 1e6
 """Metres from the middle of a map beyond which an outline is a mistake."""
@@ -31,6 +33,9 @@ _HEIGHTS = (-500.0, 9_000.0)
 """Metres between which land lies."""
 _DECIMALS = 3
 """Of metres, to which outlines are compared."""
+_SLIVER = 1.0
+"""Square metres below which a part is left out if another one is larger: rounding makes some, and the numbers of the
+parts should not depend on them."""
 _MIN_AREA, _MIN_SIDE = 30.0, 2.0
 """Square metres and metres of the smallest parcel."""
 _STREET_AREA, _STREET_COMPACTNESS = 500.0, 0.1
@@ -51,6 +56,8 @@ class Pieces:
     """[P] see `grammarlab.city.parcel_reasons`; empty for usable outlines."""
     num_repaired: int = 0
     """Outlines that crossed themselves and are used."""
+    num_slivers: int = 0
+    """Parts of several that are left out, since they are too small to be drawn on purpose."""
 
     @property
     def usable(self) -> Flags:
@@ -95,7 +102,7 @@ def pieces_of(geometry: NDArray[np.object_], metres: Callable[[Floats], Floats],
         elevation=np.concatenate([elevation, np.full(len(rest), np.nan)]),
         reason=np.concatenate([reason, np.full(len(rest), parcel_reasons.GEOMETRY, dtype=object)]),
     )
-    return _in_order(_repaired(pieces))
+    return _in_order(_without_slivers(_repaired(pieces)))
 
 
 def canonical_outlines(pieces: Pieces, num_features: int) -> list[bytes]:
@@ -223,7 +230,7 @@ def _repaired(pieces: Pieces) -> Pieces:
 
 def _valid(polygon: shapely.Polygon) -> list[shapely.Polygon]:
     """Valid polygons with the area of an invalid one; none if that changes the area."""
-    if shapely.get_num_coordinates(polygon) > _MAX_REPAIRED_CORNERS:
+    if _num_meeting(polygon) > _MAX_CROSSINGS:
         return []
     parts = shapely.get_parts(shapely.get_parts(shapely.make_valid(polygon)))  # polygons may be in two levels
     polygons = [part for part in parts if isinstance(part, shapely.Polygon)]
@@ -232,6 +239,16 @@ def _valid(polygon: shapely.Polygon) -> list[shapely.Polygon]:
     if area == 0.0 or abs(area - drawn) > MAX_AREA_CHANGE * drawn:
         return []
     return [part for part in polygons if part.area >= _MIN_PIECE * area]
+
+
+def _num_meeting(polygon: shapely.Polygon) -> float:
+    """About the number of pairs of edges of a polygon whose boxes meet."""
+    points, ring = shapely.get_coordinates(shapely.get_rings(polygon), return_index=True)
+    is_edge = ring[:-1] == ring[1:]
+    edges = shapely.linestrings(np.stack([points[:-1][is_edge], points[1:][is_edge]], axis=1))
+    sample = edges[:: max(len(edges) // _SAMPLE, 1)]
+    pairs = shapely.STRtree(edges).query(sample)
+    return pairs.shape[1] * len(edges) / (2 * max(len(sample), 1))
 
 
 def _drawn_area(polygon: shapely.Polygon) -> float:
@@ -245,22 +262,38 @@ def _ring_area(ring: Floats) -> float:
     return abs(float(x[:-1] @ y[1:] - x[1:] @ y[:-1])) / 2
 
 
+def _without_slivers(pieces: Pieces) -> Pieces:
+    """The same without parts that are too small, if their features have a larger one."""
+    is_large = (shapely.area(pieces.outline) >= _SLIVER) & (pieces.reason == "")
+    has_large = np.zeros(pieces.feature.max(initial=0) + 1, dtype=np.bool_)
+    has_large[pieces.feature[is_large]] = True
+    is_sliver = has_large[pieces.feature] & (shapely.area(pieces.outline) < _SLIVER)
+    num_slivers = int(is_sliver.sum())
+    return replace(_taken(pieces, np.flatnonzero(~is_sliver)), num_slivers=num_slivers) if num_slivers else pieces
+
+
+def _taken(pieces: Pieces, rows: Ints) -> Pieces:
+    """The pieces at some rows."""
+    return replace(
+        pieces,
+        feature=pieces.feature[rows],
+        outline=pieces.outline[rows],
+        elevation=pieces.elevation[rows],
+        reason=pieces.reason[rows],
+    )
+
+
 def _in_order(pieces: Pieces) -> Pieces:
     """The same, the pieces of each feature in the order of their lower left corners."""
-    bounds = np.nan_to_num(shapely.bounds(pieces.outline), nan=np.inf)
-    texts = np.array([text.hex() for text in shapely.to_wkb(shapely.normalize(pieces.outline))], dtype=object)
     counts = np.bincount(pieces.feature)
     order = np.argsort(pieces.feature, kind="stable")
     if (counts > 1).any():
-        is_shared = counts[pieces.feature] > 1
+        shared = np.flatnonzero(counts[pieces.feature] > 1)
+        texts = np.array(
+            [text.hex() for text in shapely.to_wkb(shapely.normalize(pieces.outline[shared]))], dtype=object
+        )
         ranks = np.zeros(len(order), dtype=np.int64)
-        shared = np.flatnonzero(is_shared)
-        ranks[shared[np.argsort(texts[shared], kind="stable")]] = np.arange(len(shared))
+        ranks[shared[np.argsort(texts, kind="stable")]] = np.arange(len(shared))
+        bounds = np.nan_to_num(shapely.bounds(pieces.outline), nan=np.inf)
         order = np.lexsort((ranks, bounds[:, 1], bounds[:, 0], pieces.feature))
-    return Pieces(
-        feature=pieces.feature[order],
-        outline=pieces.outline[order],
-        elevation=pieces.elevation[order],
-        reason=pieces.reason[order],
-        num_repaired=pieces.num_repaired,
-    )
+    return _taken(pieces, order)

@@ -164,6 +164,7 @@ def _kind_of_objects(path: Path, groups: Iterable[Any], layer: str | None) -> st
 
     Raises:
         UsageError: If there is none of this name, or several without a preferred one.
+        AssetError: If there are no objects.
     """
     outermost = {
         value["type"]
@@ -172,7 +173,9 @@ def _kind_of_objects(path: Path, groups: Iterable[Any], layer: str | None) -> st
         if isinstance(value, dict) and isinstance(value.get("type"), str) and not value.get("parents")
     }
     kinds = sorted(outermost)
-    listing = ", ".join(printable(kind)[:60] for kind in kinds[:20]) or "none"
+    if not kinds:
+        raise AssetError(f"{path}: expected city objects, found none.")
+    listing = ", ".join(printable(kind)[:60] for kind in kinds[:20])
     if layer is None:
         preferred = [kind for kind in _PREFERRED if kind in kinds]
         if preferred or len(kinds) == 1:

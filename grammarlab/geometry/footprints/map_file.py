@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import re
 from pathlib import Path
 
@@ -13,6 +14,7 @@ VECTOR_SUFFIXES = (".gpkg", ".fgb", ".shp", ".zip")
 """Suffixes of the formats that need the extra ``city``."""
 _HEAD_BYTES = 64 << 10
 _CITYJSON = re.compile(rb'"type"\s*:\s*"CityJSON(?:Feature)?"')
+_GEOJSON = re.compile(rb'"type"\s*:\s*"(?:Feature|FeatureCollection|Polygon|MultiPolygon)"')
 
 
 def split_layer(text: str) -> tuple[Path, str | None] | None:
@@ -31,11 +33,17 @@ def split_layer(text: str) -> tuple[Path, str | None] | None:
 
 
 def is_cityjson(path: Path) -> bool:
-    """Whether a regular file says near its start that it is CityJSON."""
+    """Whether a regular file is CityJSON, which says so anywhere in it."""
     if path.suffix.lower() not in (".json", ".jsonl"):
         return False
     with open_regular(path) as file:
-        return _CITYJSON.search(file.read(_HEAD_BYTES)) is not None
+        head = file.read(_HEAD_BYTES)
+        if _CITYJSON.search(head):
+            return True
+        if _GEOJSON.search(head) or len(head) < _HEAD_BYTES:
+            return False
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+            return _CITYJSON.search(content) is not None
 
 
 def read_layer(path: Path, layer: str | None = None) -> MapLayer:

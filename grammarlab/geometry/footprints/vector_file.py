@@ -20,6 +20,7 @@ from grammarlab.errors import AssetError, UsageError
 from grammarlab.extras import named_extras
 from grammarlab.files import open_regular
 from grammarlab.geometry.footprints.attribute_columns import Columns, plain_columns, united
+from grammarlab.geometry.footprints.curved_wkb import straightened
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer
 from grammarlab.printable import printable
@@ -99,11 +100,30 @@ def _read(path: Path, source: str, layer: str) -> _Read:
             if index < 0:
                 raise UsageError(f"{path}: layer {layer!r} has no outlines. {_listing(path, source)}")
             bodies = batch.column(index).to_numpy(zero_copy_only=False)
-            read.geometry.append(shapely.from_wkb(bodies, on_invalid="ignore"))
+            read.geometry.append(_geometries(bodies))
             columns, unread = plain_columns(batch.drop_columns([geometry_name]))
             read.columns.append(columns)
             read.unread |= unread
     return read
+
+
+def _geometries(bodies: NDArray[np.object_]) -> NDArray[np.object_]:
+    """[n] geometries of well-known binary [n], None for those that cannot be read."""
+    try:
+        return shapely.from_wkb(bodies, on_invalid="ignore")
+    except (shapely.errors.ShapelyError, NotImplementedError):
+        geometry = np.full(len(bodies), None, dtype=object)
+        for row, body in enumerate(bodies):
+            if body is not None:
+                geometry[row] = _geometry(body)
+        return geometry
+
+
+def _geometry(body: bytes) -> shapely.Geometry | None:
+    try:
+        return shapely.from_wkb(body, on_invalid="ignore")
+    except (shapely.errors.ShapelyError, NotImplementedError):
+        return straightened(body)
 
 
 def _known(crs: str | None) -> str | None:
@@ -126,7 +146,10 @@ def _source(path: Path, layer: str | None) -> tuple[str, str]:
         if layer not in [name for name, _ in names]:
             raise UsageError(f"{path}: unknown layer {layer[:80]!r}. {_listing(path, source)}")
         return source, layer
-    if len(candidates) != 1:
+    if not candidates:
+        kinds = ", ".join(f"{printable(name)[:60]!r} has {kind or 'no geometry'}" for name, kind in names[:20])
+        raise AssetError(f"{path}: expected polygons, found none: layer {kinds}.")
+    if len(candidates) > 1:
         raise UsageError(f"{path}: expected one layer of polygons, found {len(candidates)}. {_listing(path, source)}")
     return source, candidates[0]
 
