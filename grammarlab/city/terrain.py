@@ -45,8 +45,8 @@ _METRES = {
     "ftus": 1200 / 3937,
 }
 """Metres per unit of height by its name in a file."""
-_HEIGHTS = (-12_000.0, 9_000.0)
-"""Metres between which the ground of the earth lies, seas included; other heights are those of missing values."""
+_HEIGHTS = (-500.0, 9_000.0)
+"""Metres between which land lies; other heights, such as -9999, are those of missing values."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,9 @@ _MAX_VALUE = 64 << 20
 _RECORD = "\x1e"
 """The separator of records (RFC 8142)."""
 _SPACE = " \t\r\n"
+_DIGITS = "0123456789+-.eE"
+_LONGEST_EXPONENT = 32
+"""Characters of a number behind its digits; none is longer."""
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
@@ -148,7 +151,8 @@ class _Text:
                 if isinstance(error, RecursionError) or not self.read():
                     raise self.broken(_reason(error)) from error
                 continue
-            if end == len(self.content) and self.read():  # a number may go on
+            rest = self.content[end : end + _LONGEST_EXPONENT]
+            if len(rest) < _LONGEST_EXPONENT and not rest.strip(_DIGITS) and self.read():  # a number may go on
                 continue
             self.position = end
             return value
