@@ -90,9 +90,8 @@ def pieces_of(geometry: NDArray[np.object_], metres: Callable[[Floats], Floats],
     polygons, feature = polygons_of(geometry)
     reason = np.full(len(polygons), "", dtype=object)
     elevation, is_tilted, outline = _placed(polygons, metres, height_unit)
-    _set_reason(reason, ~_is_finite(outline), parcel_reasons.COORDINATES)
+    _set_reason(reason, ~_is_near(outline), parcel_reasons.COORDINATES)
     outline[reason != ""] = shapely.Polygon()
-    _set_reason(reason, _is_far(outline), parcel_reasons.COORDINATES)
     _set_reason(reason, shapely.get_num_coordinates(outline) > _MAX_CORNERS, parcel_reasons.CORNERS)
     _set_reason(reason, is_tilted, parcel_reasons.TILTED)
     rest = np.setdiff1d(np.arange(len(geometry)), feature)
@@ -183,21 +182,16 @@ def _normals(points: Floats, ring: Ints, num_rings: int) -> Floats:
     return normals
 
 
-def _is_finite(outline: Outlines) -> Flags:
+def _is_near(outline: Outlines) -> Flags:
+    """[P] whether all corners of an outline are finite and near the middle of all outlines."""
     points, row = shapely.get_coordinates(outline, return_index=True)
-    finite = np.ones(len(outline), dtype=np.bool_)
-    finite[row[~np.isfinite(points).all(axis=1)]] = False
-    return finite
-
-
-def _is_far(outline: Outlines) -> Flags:
-    """[P] whether an outline is far from the middle of all."""
-    bounds = shapely.bounds(outline)
-    if np.isnan(bounds).all():
-        return np.zeros(len(outline), dtype=np.bool_)
-    middle = np.nanmedian((bounds[:, :2] + bounds[:, 2:]) / 2, axis=0)
+    is_finite = np.isfinite(points).all(axis=1)
+    middle = np.median(points[is_finite], axis=0) if is_finite.any() else np.zeros(2)
     with np.errstate(invalid="ignore"):
-        return np.any(np.abs(bounds - np.tile(middle, 2)) > _MAX_DISTANCE, axis=1)
+        is_corner_near = (np.abs(points - middle) <= _MAX_DISTANCE).all(axis=1)
+    near = np.ones(len(outline), dtype=np.bool_)
+    near[row[~is_corner_near]] = False
+    return near
 
 
 def _repaired(pieces: Pieces) -> Pieces:

@@ -29,7 +29,7 @@ def block(rows: int = 3, columns: int = 4, width: float = 20.0, depth: float = 3
     ]
 
 
-def moved(outlines: Sequence[shapely.Geometry | None], crs: str) -> list[shapely.Geometry | None]:
+def moved(outlines: Sequence[Any], crs: str) -> list[Any]:
     """Outlines in metres from the corner, in the coordinates of a system."""
     transformer = Transformer.from_crs(UTM, crs, always_xy=True)
 
@@ -42,10 +42,10 @@ def moved(outlines: Sequence[shapely.Geometry | None], crs: str) -> list[shapely
 
 def write_map(
     path: Path,
-    outlines: Sequence[shapely.Geometry | None],
+    outlines: Sequence[Any],
     crs: str | None,
-    /,
     layer: str | None = None,
+    /,
     **columns: Any,
 ) -> Path:
     """Write outlines and columns by GDAL, or as CityJSON: the outlines as ground surfaces of buildings."""
@@ -74,7 +74,7 @@ def write_map(
     return path
 
 
-def city(outlines: Sequence[shapely.Geometry | None], crs: str | None, columns: dict[str, Any]) -> dict[str, Any]:
+def city(outlines: Sequence[Any], crs: str | None, columns: dict[str, Any]) -> dict[str, Any]:
     """A CityJSON document: each outline is the ground of a solid of 9 units of height."""
     points: list[list[float]] = []
     objects: dict[str, Any] = {}
@@ -98,7 +98,7 @@ def city(outlines: Sequence[shapely.Geometry | None], crs: str | None, columns: 
     }
 
 
-def _solid(outline: shapely.Geometry | None, points: list[list[float]]) -> dict[str, Any]:
+def _solid(outline: Any, points: list[list[float]]) -> dict[str, Any]:
     assert isinstance(outline, shapely.Polygon)
     corners = shapely.get_coordinates(outline)[:-1]
     first, number = len(points), len(corners)

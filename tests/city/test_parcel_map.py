@@ -282,8 +282,8 @@ def test_a_shapefile_without_a_system_is_refused_with_the_option(tmp_path):
 
 
 def test_layers_are_named_behind_a_colon(tmp_path):
-    path = write_map(tmp_path / "map.gpkg", moved(block(), UTM), UTM, layer="lots", id=IDS)
-    write_map(path, moved(block(1, 1), UTM), UTM, layer="houses", id=["h"])
+    path = write_map(tmp_path / "map.gpkg", moved(block(), UTM), UTM, "lots", id=IDS)
+    write_map(path, moved(block(1, 1), UTM), UTM, "houses", id=["h"])
     with pytest.raises(UsageError, match=r"expected one layer of polygons, found 2.*'lots'.*map.gpkg:LAYER"):
         read_parcels(path)
     assert len(read_parcels(f"{path}:lots").parcels) == 12

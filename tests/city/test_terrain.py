@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import rasterio
@@ -99,13 +101,14 @@ def test_missing_values_count_nothing(tmp_path):
     values = raster().astype(np.float32)
     values[10:20, 10:20] = -9999
     values[0, 0] = np.nan
-    for options in ({"nodata": -9999.0}, {}, {"nodata": float("nan")}):  # such heights are not those of land
+    choices: list[dict[str, Any]] = [{"nodata": -9999.0}, {}, {"nodata": float("nan")}]
+    for options in choices:  # such heights are not those of land
         terrain = read_terrain(written(tmp_path / "a.tif", values, **options))
         middle, edge, corner, outside = [[55.0, 145.0]], [[4.0, 145.0]], [[-99.0, 299.0]], [[1000.0, 0.0]]
         heights = terrain.heights(FRAME, np.array([*middle, *edge, *corner, *outside]))
         assert np.isnan(heights).tolist() == [True, False, True, True]
         assert heights[1] == pytest.approx(plane(-5.0 + 0.0, 145.0), abs=0.2)
-    assert len(terrain.heights(FRAME, np.empty((0, 2)))) == 0
+    assert len(read_terrain(tmp_path / "a.tif").heights(FRAME, np.empty((0, 2)))) == 0
 
 
 def test_units_scales_and_turned_rasters(tmp_path):

@@ -83,8 +83,20 @@ def plain_columns(batch: pa.RecordBatch) -> tuple[Columns, set[str]]:
         if kind is None:
             unread.add(well_formed(name))
         else:
-            columns[well_formed(name)] = _without_nan(column.cast(kind, safe=False))
+            columns[well_formed(name)] = _without_nan(_of_unicode(column.cast(kind, safe=False)))
     return columns, unread
+
+
+def _of_unicode(column: pa.Array) -> pa.Array:
+    """A column whose texts are Unicode: tables of Shapefiles cut texts at a number of bytes, or lie about encodings."""
+    if not pa.types.is_string(column.type):
+        return column
+    try:
+        column.validate(full=True)
+    except pa.ArrowInvalid:
+        bodies = column.cast(pa.binary()).to_pylist()
+        return pa.array([body and body.decode(errors="replace") for body in bodies], pa.string())
+    return column
 
 
 def _check_number(number: int) -> None:

@@ -172,8 +172,12 @@ def check_sizes(areas: Floats, crs: str) -> None:
 def _transformed(points: Floats, source: str, target: str) -> Floats:
     with named_extras():
         from pyproj import Transformer  # noqa: PLC0415  # an extra
-    transformer = Transformer.from_crs(plain_name(source), plain_name(target), always_xy=True)
-    x, y = transformer.transform(points[:, 0], points[:, 1])
+        from pyproj.exceptions import ProjError  # noqa: PLC0415
+    try:
+        transformer = Transformer.from_crs(plain_name(source), plain_name(target), always_xy=True)
+        x, y = transformer.transform(points[:, 0], points[:, 1])
+    except ProjError as error:  # of another planet, or with parameters out of range
+        raise AssetError(f"its CRS, {label(source)}, cannot be turned into {label(target)}") from error
     return np.column_stack([x, y])
 
 
@@ -211,7 +215,11 @@ def _is_true(system: CRS, degrees: Floats) -> bool:
         return "transverse" in operation.method_name.lower() or "oblique" in operation.method_name.lower()
     with named_extras():
         from pyproj import Proj  # noqa: PLC0415  # an extra
-    factors = Proj(system).get_factors(*degrees)
+        from pyproj.exceptions import ProjError  # noqa: PLC0415
+    try:
+        factors = Proj(system).get_factors(*degrees)
+    except ProjError as error:
+        raise AssetError(f"its CRS, {label(_name_of(system))}, cannot be used in the middle of the map") from error
     lengths = np.array([factors.meridional_scale, factors.parallel_scale])
     is_true = abs(factors.areal_scale - 1) <= _MAX_AREA_ERROR and (np.abs(lengths - 1) <= _MAX_LENGTH_ERROR).all()
     return bool(is_true)

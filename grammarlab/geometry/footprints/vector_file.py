@@ -58,7 +58,8 @@ def read_vector_layer(path: Path, layer: str | None = None) -> MapLayer:
             warnings.simplefilter("always")
             source, name = _source(path, layer)
             read = _read(path, source, name)
-    except (DataSourceError, RuntimeError, ValueError, pa.ArrowException, UnicodeError) as error:
+    # A definition that is not text ends in an unset variable inside pyogrio.
+    except (DataSourceError, OSError, RuntimeError, ValueError, pa.ArrowException, UnboundLocalError) as error:
         raise AssetError(f"{path}: this file is broken: {printable(str(error))[:400]}.") from error
     texts = sorted({printable(str(message.message))[:200] for message in messages})
     remarks = [Remark(str(path), "record", text) for text in texts[:_MOST_REMARKS]]

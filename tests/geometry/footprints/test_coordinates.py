@@ -47,7 +47,7 @@ def test_a_square_has_its_area_on_the_ground_and_stays_where_it_is(crs):
 @pytest.mark.parametrize(("crs", "factor"), [("EPSG:2263", 1200 / 3937), ("EPSG:2222", 0.3048), ("EPSG:25832", 1.0)])
 def test_units_are_scaled_to_the_last_bit(crs, factor):
     system = metric_system(crs, np.array([PLACES[crs]]))
-    points = np.array([PLACES[crs]]) + np.arange(12).reshape(6, 2) * 1.7
+    points = np.asarray(np.array([PLACES[crs]]) + np.arange(12).reshape(6, 2) * 1.7, dtype=np.float64)
     assert system.height_unit == pytest.approx(factor, rel=1e-12)
     assert system.metres(points) == pytest.approx(points * factor, rel=1e-12)
 
@@ -82,6 +82,7 @@ def test_maps_across_the_date_line_have_one_zone():
         ("EPSG:4326", (691_000.0, 5_334_000.0), "counts in degrees"),
         ("EPSG:4978", (1.0, 1.0), "not one of places"),
         ("EPSG:5703", (1.0, 1.0), "not one of places"),  # heights only
+        ("IAU_2015:49900", (1.0, 1.0), "cannot be turned into"),  # Mars
         ("nonsense", (1.0, 1.0), "nonsense, is not known"),
         ("", (1.0, 1.0), "is not known"),
         ("x" * 100_000, (1.0, 1.0), "is not known"),
