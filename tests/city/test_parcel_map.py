@@ -249,7 +249,7 @@ def test_coordinates_that_cannot_be_right_are_refused(tmp_path):
         (collection(feature(in_degrees(swap=True)), crs=degrees), {}, "only if x and y are swapped"),
         (collection(feature(polygon([p[::-1] for p in far["coordinates"][0]])), crs=utm), {}, "are swapped"),
         (collection(feature(in_degrees()), crs=None), {}, "median.*unit"),
-        (collection(feature(in_degrees(scale=0.1))), {}, "median.*km².*unit"),
+        (collection(*[feature(in_degrees(scale=0.1))] * 2), {}, "median.*km².*unit"),
         (collection(feature(far)), {"crs": "nonsense"}, "CRS, nonsense, is not known"),
         (collection(feature(far)), {"crs": "EPSG:4978"}, "not one of places"),
         (collection(feature(far)), {"crs": "+proj=utm +zone=32 +nadgrids=/etc/passwd"}, "is not known"),

@@ -38,6 +38,8 @@ _FILES = re.compile(r"init=|grids\s*=\s*(?!@null\b)|PARAMETERFILE|gridname", re.
 """Parts of a definition that make PROJ open files."""
 _MIN_MEDIAN, _MAX_MEDIAN = 1.0, 1e6
 """Square metres between which the median of parcels lies if their unit is right."""
+_MAX_SINGLE = 1e10
+"""Square metres of an outline that is the only one: perhaps that of a city."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +161,7 @@ def check_sizes(areas: Floats, crs: str) -> None:
         AssetError: If their median is out of range.
     """
     median = float(np.median(areas))
-    if _MIN_MEDIAN <= median <= _MAX_MEDIAN:
+    if _MIN_MEDIAN <= median <= (_MAX_MEDIAN if len(areas) > 1 else _MAX_SINGLE):
         return
     size = f"{median:.3g} m²" if median < _MIN_MEDIAN else f"{median / 1e6:,.3g} km²"
     system = label(crs) if crs else "metres"

@@ -44,7 +44,7 @@ def read_vector_layer(path: Path, layer: str | None = None) -> MapLayer:
 
     Args:
         path: a file ``.gpkg``, ``.fgb``, ``.shp``, or ``.zip`` with Shapefiles.
-        layer: name of the layer; None if there is only one with polygons.
+        layer: name of the layer; None for the only one, or the only one with polygons.
 
     Raises:
         AssetError: If the file is broken, too large, or not what its name says.
@@ -147,10 +147,9 @@ def _source(path: Path, layer: str | None) -> tuple[str, str]:
         if layer not in [name for name, _ in names]:
             raise UsageError(f"{path}: unknown layer {layer[:80]!r}. {_listing(path, source)}")
         return source, layer
-    if not candidates:
-        kinds = ", ".join(f"{printable(name)[:60]!r} has {kind or 'no geometry'}" for name, kind in names[:20])
-        raise AssetError(f"{path}: expected polygons, found none: layer {kinds}.")
-    if len(candidates) > 1:
+    if len(names) == 1:
+        return source, names[0][0]
+    if len(candidates) != 1:
         raise UsageError(f"{path}: expected one layer of polygons, found {len(candidates)}. {_listing(path, source)}")
     return source, candidates[0]
 

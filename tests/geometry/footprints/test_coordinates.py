@@ -112,7 +112,8 @@ def test_any_name_is_known_or_refused(name):
 
 def test_medians_tell_wrong_units():
     check_sizes(np.array([1.0, 300.0, 1e9]), "EPSG:25832")
-    for areas in (np.array([0.1, 0.2]), np.array([2e6])):
+    check_sizes(np.array([4e6]), "EPSG:25832")  # the outline of a city
+    for areas in (np.array([0.1, 0.2]), np.array([2e6, 3e6]), np.array([1e11])):
         with pytest.raises(AssetError, match="unit"):
             check_sizes(areas, "EPSG:25832")
 

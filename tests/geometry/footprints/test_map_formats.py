@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import shapely
 
+from grammarlab.city.parcel_outlines import polygons_of
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.geometry.footprints.footprint import Georeference
 from grammarlab.geometry.footprints.footprint_text import read_footprint_map
@@ -232,7 +233,7 @@ def test_large_and_small_readers_of_geojson_agree(tmp_path):
         layer = read_geojson_layer(tmp_path / "lots.geojson")
         assert layer.crs == UTM
         assert layer.attributes.column("number").to_pylist() == [*range(12)]
-        parts, rows = shapely.get_parts(layer.geometry, return_index=True)
+        parts, rows = polygons_of(layer.geometry)
         assert [f"lots.geojson, feature {row}" for row in rows] == [one.name for one in plain.footprints]
         assert shapely.area(parts) == pytest.approx([area(one) for one in plain.footprints])
         assert shapely.has_z(layer.geometry).tolist()[:2] == [False, True]
