@@ -22,7 +22,7 @@ _COLORS = {"garden": "8FA071", "park": "7C9A5E", "yard": "B9B2A4", "pavement": "
 """Kinds of ground and their colours."""
 KINDS = tuple(_COLORS)
 Kinds: TypeAlias = NDArray[np.int64]
-_STREET, _PAVEMENT = 10.0, 2.0
+_STREET, _PAVEMENT = 14.0, 2.0
 """Metres around parcels that are street, and pavement."""
 _CLOSING = 1.0
 """Gaps between parcels up to twice this width in metres are not streets."""
