@@ -132,6 +132,21 @@ tree-parameters: $(VENV)/.dev
 	$(SIX) --seed 5 out/trees/liked.toml -o out/trees/after && cp out/trees/after/liked.png docs/images/saplings_liked.png
 	$(BIN)/python -m docs.gen.tree_parameters
 
+QUARTER := out/quarter
+CITY    := $(BIN)/grammarlab city
+quarter: $(VENV)/.learn  # three zones learned from simulated persons, and the city
+	mkdir -p $(QUARTER)
+	for zone in offices downtown houses; do \
+		$(BIN)/grammarlab label scenarios/city/$$zone.toml -n 80 --seed 1 -o $(QUARTER)/$$zone.csv && \
+		$(BIN)/grammarlab learn quarter --labels $(QUARTER)/$$zone.csv -o $(QUARTER)/$$zone.cga || exit 1; done
+	$(CITY) learn scenarios/city/quarter.plan.toml --answers scenarios/city/answers.csv -o $(QUARTER)/quarter.zones.json
+	$(CITY) build scenarios/city/quarter.plan.toml -o $(QUARTER)/city
+
+quarter-pictures: quarter
+	$(CITY) draw scenarios/city/quarter.plan.toml -o $(QUARTER)/learned.png
+	$(CITY) draw scenarios/city/unlearned.plan.toml -o $(QUARTER)/unlearned.png
+	$(CITY) draw scenarios/city/quarter.plan.toml --at $(STREET) -o $(QUARTER)/street.png
+
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)
 	$(BIN)/ruff format $(CODE)

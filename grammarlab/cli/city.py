@@ -1,7 +1,8 @@
-"""``grammarlab city``: build, learn and open cities."""
+"""``grammarlab city build``, ``layout``, ``learn`` and ``draw``."""
 
 from __future__ import annotations
 
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -54,6 +55,103 @@ def build(
         for reason, number in result.empty.items():
             say(f"empty: {number:,} {reason}")
         print_result(result.tileset)
+
+
+def layout(
+    plan: PlanFile,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Map of the parcels (.geojson).", dir_okay=False)],
+    streets: Annotated[
+        Path | None, typer.Option("--streets", help="Map of the streets (.geojson) as well.", dir_okay=False)
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Write the parcels of a plan without a map, to be edited and read as a map."""
+    with friendly_errors():
+        from grammarlab.city.layout_file import write_parcels, write_streets
+        from grammarlab.city.plan import read_plan
+        from grammarlab.errors import UsageError
+        from grammarlab.runs.city.survey import layout_of
+
+        read = read_plan(plan)
+        if read.layout is None:
+            raise UsageError(f"{plan}: expected [layout], found a map of parcels, which is there already.")
+        made = layout_of(read.layout, read.crs)
+        write_parcels(made, output)
+        if streets is not None:
+            write_streets(made, streets)
+        if as_json:
+            print_json({"file": str(output), "parcels": len(made.parcels), "streets": len(made.streets)})
+        else:
+            say(f"{len(made.parcels):,} parcels along {len(made.streets):,} streets")
+            print_result(output)
+
+
+def learn(
+    plan: PlanFile,
+    answers: Annotated[
+        Path,
+        typer.Option("--answers", help="Table of answers: id,zone or id,zone,score.", exists=True, dir_okay=False),
+    ],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", help="File of the zones. Default: the one that the plan names.", dir_okay=False),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Learn where the zones of a plan are from right zones, or scores of zones, of a few parcels."""
+    with friendly_errors():
+        from grammarlab.runs.city.learn import learn_zones
+
+        result = learn_zones(plan, answers, output)
+        if result.unknown:
+            say(f"left out: {len(result.unknown):,} answers about unknown parcels, such as {result.unknown[0]}")
+        if as_json:
+            print_json(result.as_json())
+            return
+        decides = ", ".join(f"{name} {share:.0%}" for name, share in result.decides.items()) or "nothing yet"
+        say(f"{result.num_answers:,} answers; what decides: {decides}")
+        if result.questions:
+            say(f"most is learned from answers about: {', '.join(result.questions[:_MOST_SHOWN])}")
+        print_result(result.file)
+
+
+def draw(
+    plan: PlanFile,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Picture (.png).", dir_okay=False)],
+    at: Annotated[
+        str,
+        typer.Option(
+            "--at", help="Look from the street: EAST,NORTH,BEARING in metres and degrees. Default: from above."
+        ),
+    ] = "",
+    size: Annotated[str, typer.Option("--size", help="Width and height in pixels.")] = "1600x900",
+) -> None:
+    """Draw the city of a plan, from above or from the street."""
+    with friendly_errors():
+        from grammarlab.runs.city.picture import ABOVE, StreetView, draw_city
+
+        view = StreetView(*_numbers(at, ",", 3, "--at", "120,80,45")) if at else ABOVE
+        width, height = (int(number) for number in _numbers(size, "x", 2, "--size", "1600x900"))
+        draw_city(plan, output, view=view, size=(width, height))
+        print_result(output)
+
+
+def _numbers(text: str, separator: str, count: int, option: str, example: str) -> list[float]:
+    """Numbers of an option.
+
+    Raises:
+        UsageError: If it has others.
+    """
+    from grammarlab.errors import UsageError
+
+    parts = text.split(separator)
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(map(isfinite, numbers)):
+        raise UsageError(f"{option}: expected {count} numbers such as {example}, found {text!r:.60}.")
+    return numbers
 
 
 def _as_json(result: CityResult) -> dict[str, Any]:

@@ -37,7 +37,13 @@ _FACADE_COMMANDS = {
     "show": "facade_read:show",
     "synthesize": "facade_synthesize:synthesize",
 }
-_CITY_COMMANDS = {"build": "city:build", "open": "city_open:open_city"}
+_CITY_COMMANDS = {
+    "build": "city:build",
+    "draw": "city:draw",
+    "layout": "city:layout",
+    "learn": "city:learn",
+    "open": "city_open:open_city",
+}
 _GROUPS = {
     _FACADE: ("Read, edit and write facades.", _FACADE_COMMANDS),
     _CITY: ("Build cities on maps, and learn their zones.", _CITY_COMMANDS),
