@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +23,7 @@ from grammarlab.export.tiles.tile_models import TileModels, joined_tiles
 from grammarlab.export.tiles.tile_tree import TileNode, box_in_root, content_path
 from grammarlab.scene.instance_bounds import scene_bounds
 from grammarlab.scene.triangles import count_triangles
+from grammarlab.scene.used_tables import with_used_tables
 
 MOST_BLOCK_TRIANGLES = 20_000
 """Most triangles of a tile of blocks: about a megabyte. The largest models are kept."""
@@ -175,6 +176,7 @@ def _write_branch(writer: TileWriter, grid: TileGrid, cell: TileCell, leaves: _L
         return None
     if cell.level == grid.leaf_level:
         models = leaves.pop()
+        models = replace(models, scene=with_used_tables(models.scene))
         node = TileNode.above(cell, writer.write(cell, models, "full"))
         plain, block = simplified(models.scene, light=writer.colors.light(models.scene.materials))
         return Branch(
