@@ -8,11 +8,14 @@ import subprocess
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
 from grammarlab.export import SaveOptions, save
+from grammarlab.export.tiles.tile_file import write_tile
 from grammarlab.scene import Scene
+from tests.export.tiles.quarter import tile_of
 from tests.scene.buildings import STONE, TILE, house, scene_of, street
 from tests.waiting import PATIENCE
 
@@ -59,7 +62,10 @@ def files(folder: Path) -> list[Path]:
         "house": scene_of([house()]),
         "nothing": scene_of([[]]),
     }
-    return [
+    tiles = [folder / f"tile_{level}.glb" for level in ("full", "plain")]
+    write_tile(tiles[0], tile_of(list(range(9))), "full", np.eye(4), assets)
+    write_tile(tiles[1], tile_of(list(range(9))), "plain", np.eye(4), assets)
+    return tiles + [
         save(scene, folder / f"{name}_{reuse}.glb", options=SaveOptions(reuse=reuse, assets=assets))
         for name, scene in scenes.items()
         for reuse in ("merged", "nodes", "instancing")

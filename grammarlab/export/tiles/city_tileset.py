@@ -51,7 +51,7 @@ def write_city(
     for shard in shards:
         node, summary = read_shard(folder, shard)
         blocks = read_blocks(folder / shard_folder(shard) / "blocks.npz")
-        branches[shard] = Branch(node, blocks, None, summary.num_models)
+        branches[shard] = Branch(node, blocks, summary.num_models)
         num_tiles += summary.num_tiles
     for _ in range(grid.shard_level):
         above: dict[TileCell, list[Branch]] = {}

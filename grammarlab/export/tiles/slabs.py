@@ -198,7 +198,8 @@ def _starts(reach: Floats, most_slabs: int) -> Flags:
         candidates = np.repeat(is_start[:, None], _NUM_LEVELS - 1, axis=1)
         levels = np.arange(1, _NUM_LEVELS)
         candidates[:, levels - 1, levels] = True
-        errors = np.stack([_errors(reach, candidates[:, index])[0] for index in range(len(levels))], axis=1)
+        errors = _errors(reach.repeat(len(levels), axis=0), candidates.reshape(-1, _NUM_LEVELS))[0]
+        errors = errors.reshape(len(reach), -1)
         best = errors.argmin(axis=1)
         lowest = errors[np.arange(len(errors)), best]
         gains = error - lowest > _MIN_GAIN * extent

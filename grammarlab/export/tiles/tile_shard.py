@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -71,7 +71,7 @@ def write_shard(
         raise UsageError(f"tiles: expected leaves of the shard {tuple(shard)} in Morton order, found {found}")
     target = folder / shard_folder(shard)
     write_shard_tileset(folder, grid, branch.node)
-    write_blocks(target / "blocks.npz", branch.block)
+    write_blocks(target / "blocks.npz", branch.models)
     summary = writer.summary(branch.num_models)
     # Last: with it, the shard is complete.
     record = {"tree": _record(branch.node), "summary": [summary.num_models, *summary_numbers(summary)]}
@@ -142,10 +142,8 @@ class Branch:
     """A written part of the tree, and its models for the tiles above it."""
 
     node: TileNode
-    block: TileModels
-    """The largest models as blocks, from the origin of the cell."""
-    plain: TileModels | None
-    """All models as walls and roofs, of a leaf."""
+    models: TileModels
+    """From the origin of the cell: the whole models of a leaf; above, the largest ones as blocks."""
     num_models: int
 
 
@@ -177,30 +175,26 @@ def _write_branch(writer: TileWriter, grid: TileGrid, cell: TileCell, leaves: _L
     if cell.level == grid.leaf_level:
         models = leaves.pop()
         models = replace(models, scene=with_used_tables(models.scene))
-        node = TileNode.above(cell, writer.write(cell, models, "full"))
-        plain, block = simplified(models.scene, light=writer.colors.light(models.scene.materials))
-        return Branch(
-            node,
-            TileModels(block, models.offset, models.properties),
-            TileModels(plain, models.offset, models.properties),
-            len(models),
-        )
+        return Branch(TileNode.above(cell, writer.write(cell, models, "full")), models, len(models))
     cells = [TileCell(cell.level + 1, 2 * cell.x + x, 2 * cell.y + y) for y in (0, 1) for x in (0, 1)]
     branches = [branch for child in cells if (branch := _write_branch(writer, grid, child, leaves)) is not None]
     return write_above(writer, grid, cell, branches)
 
 
-def write_above(writer: TileWriter, grid: TileGrid, cell: TileCell, branches: list[Branch]) -> Branch:
+def write_above(writer: TileWriter, grid: TileGrid, cell: TileCell, branches: Sequence[Branch]) -> Branch:
     """Write the tile of a cell above written ones, at least one."""
-    block = largest(_together(grid, cell, branches, [branch.block for branch in branches]), MOST_BLOCK_TRIANGLES)
-    plain = [branch.plain for branch in branches if branch.plain is not None]
+    models = _together(grid, cell, branches)
     box = None
-    if plain:
-        box = writer.write(cell, _together(grid, cell, branches, plain), "plain")
-    elif len(branches) > 1 or cell.level == grid.leaf_level - 2:
-        box = writer.write(cell, block, "block")
+    if cell.level == grid.leaf_level - 1:
+        plain, block = simplified(models.scene, light=writer.colors.light(models.scene.materials))
+        box = writer.write(cell, replace(models, scene=plain), "plain")
+        models = replace(models, scene=block)
+    else:
+        models = largest(models, MOST_BLOCK_TRIANGLES)
+        if len(branches) > 1 or cell.level == grid.leaf_level - 2:
+            box = writer.write(cell, models, "block")
     node = TileNode.above(cell, box, [branch.node for branch in branches])
-    return Branch(node, block, None, sum(branch.num_models for branch in branches))
+    return Branch(node, models, sum(branch.num_models for branch in branches))
 
 
 def largest(tile: TileModels, most_triangles: int) -> TileModels:
@@ -219,10 +213,10 @@ def summary_numbers(summary: ShardSummary) -> tuple[int, int, int]:
     return summary.num_tiles, summary.num_bytes, summary.most_draws
 
 
-def _together(grid: TileGrid, cell: TileCell, branches: list[Branch], models: list[TileModels]) -> TileModels:
-    """Models of branches, from the origin of the cell."""
-    moves = [grid.origin(branch.node.cell) - grid.origin(cell) for branch in branches]
-    return joined_tiles([tile.moved(move) for tile, move in zip(models, moves, strict=True)])
+def _together(grid: TileGrid, cell: TileCell, branches: Sequence[Branch]) -> TileModels:
+    """The models of branches, from the origin of the cell."""
+    origin = grid.origin(cell)
+    return joined_tiles([branch.models.moved(grid.origin(branch.node.cell) - origin) for branch in branches])
 
 
 def _is_below(cell: TileCell, above: TileCell) -> bool:
