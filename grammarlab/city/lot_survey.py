@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city.lot_edges import LotEdges, simplified
+from grammarlab.city.mapped_street_widths import with_mapped_widths
 from grammarlab.city.parcel_reasons import NARROW, SMALL, STREET
 from grammarlab.city.parcels import Parcels
 from grammarlab.city.plan import Plan
@@ -69,7 +70,10 @@ def surveyed_lots(plan: Plan, parcels: Parcels, streets: StreetLines | None) -> 
     edges = LotEdges.of(simplified(parcels.outline[parcel]))
     widths = street_widths(edges, parcels.outline, parcel, streets, ~np.isin(reason, _SOLID))
     if plan.street_width is not None:
-        widths = _replaced(plan, fields, parcel[edges.outline], widths)
+        try:
+            widths = with_mapped_widths(edges, widths, parcels.outline, parcel, fields, plan.street_width)
+        except UsageError as error:
+            raise UsageError(f"{plan.path}: street_width: {error}") from error
     return LotSurvey(reason=reason, parcel=parcel, edges=edges, street_width=widths)
 
 
@@ -81,12 +85,3 @@ def _with_streets(plan: Plan, parcels: Parcels, fields: PlanFields) -> NDArray[n
         raise UsageError(f"{plan.path}: street_plots: {error}") from error
     reason = np.where(parcels.reason == STREET, "", parcels.reason)
     return np.where((reason == "") & is_street, STREET, reason).astype(object)
-
-
-def _replaced(plan: Plan, fields: PlanFields, parcel: Ints, widths: Floats) -> Floats:
-    """[P] widths with those of the field of the plan on edges along streets, where it has any."""
-    try:
-        known = fields.as_numbers(plan.street_width or "")[parcel]
-    except UsageError as error:
-        raise UsageError(f"{plan.path}: street_width: {error}") from error
-    return np.where(np.isnan(known) | (widths <= 0.0), widths, np.maximum(known, 0.0))

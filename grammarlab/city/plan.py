@@ -146,7 +146,7 @@ class Plan:
     streets: Path | None = None
     """File with centre lines of streets."""
     street_width: str | None = None
-    """Field of the parcels with the width in metres of the street along each, instead of other widths."""
+    """Field of the parcels with the widths of their streets in metres, one or a list by edge, instead of other ones."""
     street_plots: str = ""
     """Condition over fields of the map for parcels that are streets; empty to know them by their shape."""
     terrain: Path | None = None

@@ -1,0 +1,69 @@
+"""Widths of streets in a column of a map, for all edges of a parcel or for each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+from grammarlab.city.lot_survey import LotSurvey, surveyed_lots
+from grammarlab.city.plan import parse_plan
+from grammarlab.errors import UsageError
+from tests.city.lot_maps import parcels_of
+
+LOTS = [
+    # Clockwise, with a corner that is left out, and beside its neighbour.
+    shapely.Polygon([(0, 0), (0, 30), (10, 30.01), (20, 30), (20, 0)]),
+    shapely.Polygon([(20, 0), (40, 0), (40, 30), (20, 30)]),
+]
+PLAN = parse_plan('parcels = "x"\nstreet_width = "w"\n[[zones]]\nname = "a"\ngrammar = "building"', Path("plan.toml"))
+
+
+def by_side(lots: LotSurvey) -> list[dict[str, float]]:
+    """Widths of each lot by the side that an edge looks to."""
+    edges = lots.edges
+    names = np.select(
+        [edges.normal[:, 0] > 0.9, edges.normal[:, 0] < -0.9, edges.normal[:, 1] > 0], ["e", "w", "n"], "s"
+    )
+    return [
+        {str(names[row]): float(lots.street_width[row]) for row in np.flatnonzero(edges.outline == lot)}
+        for lot in range(2)
+    ]
+
+
+def widths(column: list[object]) -> list[dict[str, float]]:
+    return by_side(surveyed_lots(PLAN, parcels_of(LOTS, w=column), None))
+
+
+def test_a_number_is_the_width_of_all_streets_of_a_parcel():
+    assert widths([12.0, None]) == [
+        {"w": 12.0, "n": 12.0, "e": 0.0, "s": 12.0},
+        {"s": 8.0, "e": 8.0, "n": 8.0, "w": 0.0},
+    ]
+    assert widths(["12", ""]) == widths([12.0, None])
+    assert widths([0.0, 0.0]) == [dict.fromkeys("wnes", 0.0)] * 2
+
+
+def test_a_list_has_the_edges_as_they_are_drawn():
+    first, second = widths(["5;6;6;7;0", "[1, 2, 3.5, 4]"])
+    assert first == {"w": 5.0, "n": 6.0, "e": 7.0, "s": 0.0}
+    assert second == {"s": 1.0, "e": 2.0, "n": 3.5, "w": 4.0}
+
+
+def test_a_list_of_another_length_is_left_out():
+    first, second = widths(["5;6;7;0", "1 2 3 4"])
+    assert first == {"w": 8.0, "n": 8.0, "e": 0.0, "s": 8.0}
+    assert second == {"s": 1.0, "e": 2.0, "n": 3.0, "w": 4.0}
+
+
+def test_with_lists_other_parcels_do_not_matter():
+    alone = surveyed_lots(PLAN, parcels_of(LOTS[:1], w=["5;6;6;7;0"]), None)
+    both = surveyed_lots(PLAN, parcels_of(LOTS, w=["5;6;6;7;0", "1;2;3;4"]), None)
+    assert alone.street_width.tolist() == both.street_width[both.edges.outline == 0].tolist()
+
+
+def test_an_unknown_field_is_named():
+    with pytest.raises(UsageError, match=r"plan\.toml: street_width: unknown field 'w'"):
+        surveyed_lots(PLAN, parcels_of(LOTS, v=[1.0, 2.0]), None)
