@@ -67,19 +67,25 @@ def write_tile(
         raise UsageError("a tile: expected at least one model, found none")
     require_finite(tile.scene)
     require_proper(tile.scene)
+    low, high = tile_bounds(tile)
+    # Coordinates count from the middle of the models: terrain may be high, and 32 bits are few. Viewers that look at
+    # shared meshes without their instances find them inside the box as well.
+    middle = np.round((low + high) / 2.0)
+    moved = tile.moved(-middle)
+    matrix = root_matrix.copy()
+    matrix[:3, 3] += root_matrix[:3, :3] @ middle
     with whole_file(path) as output:
         document = GltfDocument(output)
         add_properties(document, tile.properties)
         materials = GltfMaterials(document, assets)
         parts, rest = [], tile.scene
         if level == "full":
-            part, is_left = add_instances(document, materials, tile)
+            part, is_left = add_instances(document, materials, moved)
             parts, rest = [part], chosen(tile.scene, is_left)
-        parts.append(add_mesh(document, materials, triangles(rest), tile.offset))
+        parts.append(add_mesh(document, materials, triangles(rest), moved.offset))
         total = TilePart.total(parts)
-        document.pack(_placed(document, total.nodes, root_matrix), GENERATOR)
+        document.pack(_placed(document, total.nodes, matrix), GENERATOR)
         num_bytes = output.stream.tell()
-    low, high = tile_bounds(tile)
     return TileSummary(num_bytes, total.triangles, total.draws, low, high)
 
 
