@@ -38,7 +38,7 @@ function build(root, channel, first) {
     progress: (text) => void (progress.textContent = text),
     failed: notes.complain,
   });
-  const panel = makePanel({ ask, score, change, find, visit: () => view.visit(selected), go });
+  const panel = makePanel({ ask, score, change, find, visit: () => view.visit(), go });
 
   const title = element("h1", { class: "gl-name" });
   const status = element("span", { class: "gl-saved", role: "status" });
@@ -74,7 +74,7 @@ function build(root, channel, first) {
     walk: view.walk,
     actions: {
       v: toggleWalk,
-      f: () => view.visit(selected),
+      f: () => view.visit(),
       Home: showAll,
       n: () => go(1),
       b: () => go(-1),
@@ -117,7 +117,7 @@ function build(root, channel, first) {
   function find(id) {
     if (!view.has(id)) return false;
     void select(id);
-    view.visit(id);
+    view.visit();
     return true;
   }
 
@@ -141,7 +141,7 @@ function build(root, channel, first) {
   }
 
   function toggleWalk() {
-    view.toggleWalk(selected);
+    view.toggleWalk();
     const { active } = view.walk;
     mode.textContent = active ? "From above" : "Walk";
     pad.hidden = !active;

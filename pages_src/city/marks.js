@@ -1,4 +1,4 @@
-import { BufferGeometry, Float32BufferAttribute, Line, LineBasicMaterial } from "three";
+import { Box3, BufferGeometry, Float32BufferAttribute, Line, LineBasicMaterial } from "three";
 import { partsOf } from "./features.js";
 import { markMaterial } from "./scene.js";
 
@@ -37,6 +37,12 @@ export function makeMarks(stage, tiles) {
 
   return {
     refresh,
+    /** The box around the marked building; null if no tile shows it. */
+    bounds() {
+      const box = new Box3();
+      for (const part of parts) box.expandByObject(part);
+      return box.isEmpty() ? null : box;
+    },
     /** @param {string} id of a building; empty for none @param {number[]} points of its parcel: x, y, z */
     mark(id, points) {
       marked = id;

@@ -2,11 +2,12 @@ import { Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 /** From where the city is first seen: from the south and above. */
-const BEGIN = new Vector3(0.12, 0.62, 1);
+const BEGIN = new Vector3(0.12, 0.48, 1);
 /** Seconds of a flight. */
 const FLIGHT = 0.6;
-/** Metres to the building that one flies to, in its radii. */
-const CLOSE = 3.2;
+/** How near one flies to a building, and how steeply one looks at it. */
+const CLOSE = 1.15;
+const ABOVE = 0.55;
 /** Share of the picture that the whole city takes. */
 const MARGIN = 0.96;
 /** Metres of the camera above the point that is looked at. */
@@ -95,14 +96,18 @@ export function makeOrbit(stage, canvas) {
       }
       fly(toward.multiplyScalar(distance).add(target), target, atOnce);
     },
-    /** One building, seen from the side that one looks from. @param {import("./types.js").Place} place */
-    visit({ x, z, ground, radius }) {
-      const target = new Vector3(x, ground + radius / 2, z);
-      const away = camera.position.clone().sub(controls.target).setY(0).normalize();
+    /**
+     * One building, seen from the street.
+     * @param {import("three").Box3} box
+     * @param {{ x: number, z: number }} street where a person sees it
+     */
+    visit(box, street) {
+      const target = box.getCenter(new Vector3());
+      const radius = box.getSize(new Vector3()).length() / 2;
+      const away = new Vector3(street.x - target.x, 0, street.z - target.z);
       if (!away.lengthSq()) away.set(0, 0, 1);
-      const to = away.multiplyScalar(CLOSE * radius + 10).add(target);
-      to.y = target.y + 2.2 * radius + 6;
-      fly(to, target);
+      away.normalize().setY(ABOVE);
+      fly(away.setLength((CLOSE * radius) / Math.sin((camera.fov * Math.PI) / 360)).add(target), target);
     },
     /** Stands back from a point that one looked at while walking. @param {Vector3} point */
     riseFrom(point) {

@@ -1,4 +1,4 @@
-import { Raycaster, Vector2, Vector3 } from "three";
+import { Box3, Raycaster, Vector2, Vector3 } from "three";
 import { buildingOf } from "./features.js";
 import { makeGround } from "./ground.js";
 import { makeMarks } from "./marks.js";
@@ -127,21 +127,22 @@ export function makeView(canvas, tell) {
     middle: () => parcelAt(canvas.clientWidth / 2, canvas.clientHeight / 2),
     /** @param {string} id @param {number} step */
     neighbour: (id, step) => ground?.neighbour(id, step),
-    /** @param {string} id */
-    visit(id) {
-      const place = ground?.placeOf(id);
+    /** Goes to the marked parcel. */
+    visit() {
+      const place = ground?.placeOf(marked);
       if (!place || !ground) return;
-      if (walk.active) {
-        const at = new Vector3(place.x, place.ground + 5, place.z);
-        walk.begin(ground.streetBefore(place), at);
-      } else orbit.visit(place);
+      const { x, z, ground: height, radius } = place;
+      const street = ground.streetBefore(place);
+      if (walk.active) return walk.begin(street, new Vector3(x, height + 5, z));
+      const flat = new Box3(new Vector3(x - radius, height, z - radius), new Vector3(x + radius, height + 5, z + radius));
+      orbit.visit(marks.bounds() ?? flat, street);
     },
     showAll() {
       const box = tiles.bounds();
       if (box) orbit.frame(box);
     },
-    /** Between the view from above and the street, in front of the selected building if there is one. @param {string} id */
-    toggleWalk(id) {
+    /** Between the view from above and the street, in front of the marked building if there is one. */
+    toggleWalk() {
       if (walk.active) {
         const point = walk.ahead();
         walk.end();
@@ -149,7 +150,7 @@ export function makeView(canvas, tell) {
         orbit.riseFrom(point);
         return;
       }
-      const place = ground?.placeOf(id);
+      const place = ground?.placeOf(marked);
       const at = place ? new Vector3(place.x, place.ground + 5, place.z) : orbit.target.clone();
       const from = (place ? ground?.streetBefore(place) : ground?.streetNear(at.x, at.z)) ?? at;
       // Without a building one looks along the street in the direction of the view from above.

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
+from grammarlab.files import read_bounded
 from grammarlab.pages.workers.worker_pool import Handler, Report
 from grammarlab.preference.labels import Labels
 
-Rebuild = Callable[[Path, Sequence[str]], Sequence[str]]
-"""Builds parcels of a city again, by its folder and their ids; returns the addresses of the tiles that changed."""
+Rebuild = Callable[[Path, Path], object]
+"""Builds the city of a plan again in its folder; what has not changed costs little."""
+_MAX_TILESET_BYTES = 64 << 20
 
 
 @dataclass(frozen=True, slots=True)
 class BuildAgain:
-    """Task: build parcels again after their pins or their zones have changed."""
+    """Task: build a city again after its pins or its plan have changed."""
 
+    plan: Path
     folder: Path
-    """Folder of the city."""
-    parcels: tuple[str, ...]
-    """Ids."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,14 +57,27 @@ def builder(rebuild: str) -> Handler:
     """
     module, _, name = rebuild.partition(":")
 
-    def do(task: BuildAgain | LearnZone, report: Report) -> list[str] | LearnedZone:
+    def do(task: BuildAgain | LearnZone, report: Report) -> LearnedZone | bool:
         if isinstance(task, LearnZone):
             return _learn(task, report)
-        report("building", 0, len(task.parcels))
         function: Rebuild = getattr(import_module(module), name)
-        return list(function(task.folder, task.parcels))
+        function(task.plan, task.folder)
+        return True
 
     return do
+
+
+def build_again(plan: Path, folder: Path) -> None:
+    """Build a city again with the same outputs: squares whose parcels have changed cost work, all others are kept.
+
+    Raises:
+        GrammarlabError: If the plan or the folder cannot be used.
+    """
+    # Building needs the extra `city`, which seeing does not.
+    from grammarlab.runs.city.build import BUILDINGS, build_city  # noqa: PLC0415
+
+    root = json.loads(read_bounded(folder / "tileset.json", _MAX_TILESET_BYTES))["root"]
+    build_city(plan, folder, cityjson=(folder / BUILDINGS).exists(), implicit="implicitTiling" in root)
 
 
 def _learn(task: LearnZone, report: Report) -> LearnedZone:

@@ -12,8 +12,8 @@ from grammarlab.pages.desktop import DeskHooks, Desktop
 from grammarlab.pages.server import Page, built_page
 from grammarlab.pages.workers.worker_pool import WorkerPool
 
-REBUILD = "grammarlab.runs.city.rebuild:rebuild"
-"""Function that builds parcels again (`grammarlab.pages.city.builder.Rebuild`)."""
+REBUILD = "grammarlab.pages.city.builder:build_again"
+"""Function that builds a city again (`grammarlab.pages.city.builder.Rebuild`)."""
 _POLL_SECONDS = 1.0
 """Interval of looking for scores from elsewhere."""
 _NICENESS = 5
@@ -33,7 +33,7 @@ class CityViewer(Desktop[CityDesk]):
         Args:
             folder: what ``grammarlab city build`` made.
             plan: file of its plan; None for the one that it was built from. Without one nothing can be changed.
-            rebuild: ``package.module:function`` that builds parcels again.
+            rebuild: ``package.module:function`` that builds a city again.
 
         Raises:
             AssetError: If the folder is not that of a city.

@@ -175,7 +175,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
             "id": parcel,
             "zone": zone or "",
             "status": status,
-            "facts": [("zone", zone or "none"), *self._grammar_fact(zone), *self.facts.of(parcel)],
+            "facts": [("zone", zone or "none"), *self._rules_fact(parcel), *self.facts.of(parcel)],
             "rules": [],
             "pin": state_of(self.document.pins.get(parcel)),
             "said": {"score": said and said.score, "kind": said and said.kind},
@@ -205,7 +205,8 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         parcels = tuple(sorted(self._waiting))
         self._waiting.clear()
         words = f"building {parcels[0]}…" if len(parcels) == 1 else f"building {len(parcels):,} parcels…"
-        self._submit(words, BuildAgain(self.folder, parcels), partial(self._take_tiles, parcels))
+        task = BuildAgain(self._plan().path, self.folder)
+        self._submit(words, task, partial(self._take_tiles, parcels))
 
     def _submit(self, words: str, task: BuildAgain | LearnZone, then: Any) -> None:
         self._task, self.failed = words, ""
@@ -267,9 +268,13 @@ class CityDesk(AbstractDocumentDesk[Choices]):
     def _address(self, parcel: str) -> Address:
         return Address(False, self.facts.value(parcel, "seed"), self.facts.value(parcel, "model"))
 
-    def _grammar_fact(self, zone: str | None) -> list[tuple[str, str]]:
-        names = [each.grammar for each in self.plan.zones if each.name == zone] if self.plan else []
-        return [("rules", Path(names[0]).name)] if names else []
+    def _rules_fact(self, parcel: str) -> list[tuple[str, str]]:
+        """Name of the rules, and the beginning of the hash of their text."""
+        zone = self.facts.value(parcel, "zone")
+        names = [Path(each.grammar).name for each in self.plan.zones if each.name == zone] if self.plan else []
+        text = self.facts.value(parcel, "grammar") if "grammar" in self.facts.table.column_names else ""
+        words = " ".join([*names, *([f"({text[:12]})"] if text else [])])
+        return [("rules", words)] if words else []
 
     def _zone_state(self, name: str) -> dict[str, Any]:
         zones = [] if self.plan is None else [zone for zone in self.plan.zones if zone.name == name]

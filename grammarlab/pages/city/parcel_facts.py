@@ -25,7 +25,7 @@ MAX_FILE_BYTES = 4 << 30
 BUILT = "built"
 _NEEDED = ("id", "zone", "status", "reason", "seed", "model", "reroll")
 _GEOMETRY = "geometry"
-_UNSHOWN = {"id", "status", "zone", _GEOMETRY, "lot", "bbox"}
+_UNSHOWN = {"id", "status", "zone", "grammar", _GEOMETRY, "lot", "bbox"}
 _UNITS = {"area": "m²", "street_widths": "m"}
 _REPORT = "report."
 
