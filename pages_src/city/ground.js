@@ -18,8 +18,9 @@ const LIFT = 0.03;
 /** Colours of zones, distinguishable for everyone. */
 export const ZONE_COLOURS = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#cc79a7", "#d55e00", "#0072b2", "#999999"];
 
-/** Metres between a parcel and a person who looks at its building, best first. */
-const DISTANCES = [14, 11, 17, 8, 20, 26, 6, 34, 4, 45];
+/** Metres around a parcel in which its street is looked for, and directions. */
+const REACH = 80;
+const TURNS = 48;
 
 /** @param {number} zone */
 export const zoneColour = (zone) => ZONE_COLOURS[zone % ZONE_COLOURS.length];
@@ -61,16 +62,18 @@ export function makeGround(stage, ground) {
     lines.material.color.set(earth).multiplyScalar(0.5);
   });
 
+  /** @param {number} row @param {number} x @param {number} z */
+  const isIn = (row, x, z) =>
+    Math.hypot(places[row].x - x, places[row].z - z) <= places[row].radius &&
+    contains(points, offsets[row], offsets[row + 1], x, z);
+
+  /** Parcels at most some metres from a place. @param {{ x: number, z: number }} place @param {number} reach */
+  const near = ({ x, z }, reach) =>
+    [...places.keys()].filter((row) => Math.hypot(places[row].x - x, places[row].z - z) - places[row].radius <= reach);
+
   /** The parcel at a point; undefined for streets. @param {number} x @param {number} z @returns {number | undefined} */
   function rowAt(x, z) {
-    for (let row = 0; row < places.length; row++) {
-      const place = places[row];
-      if (
-        Math.hypot(place.x - x, place.z - z) <= place.radius &&
-        contains(points, offsets[row], offsets[row + 1], x, z)
-      )
-        return row;
-    }
+    for (let row = 0; row < places.length; row++) if (isIn(row, x, z)) return row;
     return undefined;
   }
 
@@ -92,24 +95,24 @@ export function makeGround(stage, ground) {
       return height;
     },
     /**
-     * Where a person in the street sees a place: the point with a free view whose distance is best.
+     * Where a person sees a place: on the street that is nearest to it, across from it.
      * @param {Place} place
      */
-    streetBefore({ x, z, radius }) {
-      const here = rowAt(x, z);
-      for (const distance of DISTANCES)
-        for (let turn = 0; turn < 24; turn++) {
-          const angle = ((turn + 6) * Math.PI) / 12;
-          const [east, south] = [Math.cos(angle), Math.sin(angle)];
-          const reach = radius + distance;
-          const rows = [0, 0.15, 0.3, 0.45, 0.6, 0.75].map((share) => {
-            const away = reach * (1 - share);
-            return rowAt(x + away * east, z + away * south);
-          });
-          if (rows[0] === undefined && rows.every((row) => row === undefined || row === here))
-            return { x: x + reach * east, z: z + reach * south };
-        }
-      return this.streetNear(x, z);
+    streetBefore(place) {
+      const around = near(place, 2 * REACH);
+      const isStreet = (/** @type {number} */ angle, /** @type {number} */ away) =>
+        !around.some((row) => isIn(row, place.x + away * Math.cos(angle), place.z + away * Math.sin(angle)));
+      let best = { angle: 0, away: Infinity };
+      for (let turn = 0; turn < TURNS; turn++) {
+        const angle = (2 * Math.PI * (turn + TURNS / 4)) / TURNS;
+        for (let away = 2; away < Math.min(best.away, place.radius + REACH); away += 1)
+          // A gap between parcels is not a street.
+          if ([0, 2, 4].every((more) => isStreet(angle, away + more))) best = { angle, away };
+      }
+      if (best.away === Infinity) return this.streetNear(place.x, place.z);
+      const across = [16, 14, 12, 10, 8, 6, 4, 2].find((more) => isStreet(best.angle, best.away + more)) ?? 1;
+      const away = best.away + across;
+      return { x: place.x + away * Math.cos(best.angle), z: place.z + away * Math.sin(best.angle) };
     },
     /**
      * The point nearest to another one on no parcel: on a street.

@@ -22,6 +22,8 @@ function build(root, channel, first) {
   let parcel = null;
   let selected = "";
   let turn = 0;
+  /** The rules of the building that was asked about last. @type {{ building: string, rules: string[] }} */
+  let told = { building: "", rules: [] };
   const notes = makeNotes();
   const ask = makeAsk(channel, notes, async () => {});
   const help = makeHelp(KEYS, POINTING);
@@ -111,6 +113,20 @@ function build(root, channel, first) {
     parcel = found ?? null;
     panel.show(parcel);
     panel.update(state, parcel);
+    void tellRules(mine);
+  }
+
+  /** Deriving the building again takes longer than all else, and is done once. @param {number} mine */
+  async function tellRules(mine) {
+    const { id = "", status = "", facts = [] } = parcel ?? {};
+    const building = JSON.stringify([id, facts]);
+    if (building === told.building) return panel.tell(told.rules);
+    panel.tell([]);
+    if (status !== "built") return;
+    const answer = await ask("rules", { parcel: id });
+    if (mine !== turn || !answer) return;
+    told = { building, rules: answer.rules };
+    panel.tell(told.rules);
   }
 
   /** @param {string} id */

@@ -67,7 +67,7 @@ export function makePanel(page) {
     ),
     hint,
     facts,
-    rules,
+    story,
     actions,
   );
   const query = element("input", {
@@ -108,12 +108,11 @@ export function makePanel(page) {
     facts.replaceChildren(
       ...(parcel?.facts ?? []).flatMap(([fact, value]) => [element("dt", {}, fact), element("dd", {}, value)]),
     );
-    rules.replaceChildren(...(parcel?.rules ?? []).map((rule) => element("li", {}, rule)));
     const isBuilt = parcel?.status === "built";
     visit.disabled = !parcel;
     exclude.textContent = parcel?.pin === "excluded" ? "Include" : "Exclude";
     pin.textContent = parcel?.pin === "pinned" ? "Unpin" : "Pin";
-    scoring.hidden = !isBuilt;
+    scoring.hidden = !isBuilt || !parcel.scorable;
     const { score = null, kind = null } = parcel?.said ?? {};
     steps.draw({ score, kind });
     if (document.activeElement !== exact) exact.value = score === null ? "" : String(score);
@@ -155,6 +154,13 @@ export function makePanel(page) {
   }
 
   const side = element("aside", { class: "gl-side ct-side" }, chosen, scoring, summary, search);
+  /** @param {string[]} lines about how the building was derived */
+  function tell(lines) {
+    rules.replaceChildren(...lines.map((line) => element("li", {}, line)));
+    story.hidden = !lines.length;
+  }
+
   show(null);
-  return { element: side, show, update };
+  tell([]);
+  return { element: side, show, tell, update };
 }

@@ -32,9 +32,9 @@
  * @property {string} zone
  * @property {string} status `built` or `empty`
  * @property {[string, string][]} facts names and values, as text
- * @property {string[]} rules sentences about the rules of its building
  * @property {"free" | "pinned" | "rerolled" | "excluded"} pin what a person decided about it
  * @property {Said} said
+ * @property {boolean} scorable whether it has a building, and not trees
  *
  * @typedef {object} Ground parcels as outlines, metres: x to the east, y up, z to the south
  * @property {string[]} ids

@@ -134,7 +134,10 @@ export function makeView(canvas, tell) {
       const { x, z, ground: height, radius } = place;
       const street = ground.streetBefore(place);
       if (walk.active) return walk.begin(street, new Vector3(x, height + 5, z));
-      const flat = new Box3(new Vector3(x - radius, height, z - radius), new Vector3(x + radius, height + 5, z + radius));
+      const flat = new Box3(
+        new Vector3(x - radius, height, z - radius),
+        new Vector3(x + radius, height + 5, z + radius),
+      );
       orbit.visit(marks.bounds() ?? flat, street);
     },
     showAll() {

@@ -42,6 +42,14 @@ class LearnZone:
 
 
 @dataclass(frozen=True, slots=True)
+class TellRules:
+    """Task: how the building of a parcel was derived: a list of lines."""
+
+    plan: Path
+    parcel: str
+
+
+@dataclass(frozen=True, slots=True)
 class LearnedZone:
     """Result of learning."""
 
@@ -57,9 +65,14 @@ def builder(rebuild: str) -> Handler:
     """
     module, _, name = rebuild.partition(":")
 
-    def do(task: BuildAgain | LearnZone, report: Report) -> LearnedZone | bool:
+    def do(task: BuildAgain | LearnZone | TellRules, report: Report) -> LearnedZone | list[str] | bool:
         if isinstance(task, LearnZone):
             return _learn(task, report)
+        if isinstance(task, TellRules):
+            # It needs the extra `city`, which seeing does not.
+            from grammarlab.pages.city.rule_words import rules_of  # noqa: PLC0415
+
+            return rules_of(task.plan, task.parcel)
         function: Rebuild = getattr(import_module(module), name)
         function(task.plan, task.folder)
         return True

@@ -42,13 +42,16 @@ class CityViewer(Desktop[CityDesk]):
         hooks: DeskHooks[CityDesk] = DeskHooks(poll=CityDesk.poll, poll_seconds=_POLL_SECONDS, close=CityDesk.close)
 
         def make(desktop: Desktop[CityDesk]) -> CityDesk:
-            builders = WorkerPool(
-                make="grammarlab.pages.city.builder:builder",
-                arguments=(rebuild,),
-                size=1,
-                deliver=desktop.post,
-                politeness=_NICENESS,
+            builders, readers = (
+                WorkerPool(
+                    make="grammarlab.pages.city.builder:builder",
+                    arguments=(rebuild,),
+                    size=1,
+                    deliver=desktop.post,
+                    politeness=politeness,
+                )
+                for politeness in (_NICENESS, 0)
             )
-            return CityDesk(folder, plan or plan_of(folder), builders)
+            return CityDesk(folder, plan or plan_of(folder), builders, readers)
 
         super().__init__(make, COMMANDS, state_event, hooks)

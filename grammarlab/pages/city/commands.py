@@ -25,6 +25,10 @@ def _parcel(desk: CityDesk, request: Request) -> Message:
     return desk.parcel(request.text("parcel"))
 
 
+def _rules(desk: CityDesk, request: Request) -> None:
+    desk.tell_rules(request.text("parcel"), request.answer)
+
+
 def _reroll(desk: CityDesk, request: Request) -> Message:
     desk.reroll(request.text("parcel"))
     return desk.done()
@@ -55,6 +59,7 @@ COMMANDS: dict[str, Command[CityDesk]] = {
     **DESK_COMMANDS,
     "ground": _ground,
     "parcel": _parcel,
+    "rules": _rules,
     "reroll": _reroll,
     "pin": _pin,
     "exclude": _exclude,

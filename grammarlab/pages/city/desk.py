@@ -12,7 +12,7 @@ from grammarlab.city.plan import Plan, ZonePlan, parse_plan
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import hash_of
 from grammarlab.learning.designs.addresses import Address
-from grammarlab.pages.city.builder import BuildAgain, LearnedZone, LearnZone
+from grammarlab.pages.city.builder import BuildAgain, LearnedZone, LearnZone, TellRules
 from grammarlab.pages.city.decisions import (
     Choices,
     changed_parcels,
@@ -27,9 +27,9 @@ from grammarlab.pages.city.parcel_facts import ParcelFacts
 from grammarlab.pages.city.site_labels import liked, site_labels
 from grammarlab.pages.city.zone_sessions import ZoneSessions
 from grammarlab.pages.desk import AbstractDocumentDesk
-from grammarlab.pages.windows import PROTOCOL, Message
+from grammarlab.pages.windows import PROTOCOL, Answer, Message
 from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
-from grammarlab.runs.sample.shipped import find_rules
+from grammarlab.runs.sample.shipped import SUFFIX, find_rules
 
 NO_PLAN = (
     "The plan of this city is not known, so nothing can be built again. "
@@ -37,16 +37,21 @@ NO_PLAN = (
 )
 
 
+MOST_SURVEYED = 20_000
+"""Largest number of parcels of a city whose rules are told: the whole map is read for them once."""
+
+
 class CityDesk(AbstractDocumentDesk[Choices]):
     """A city that is changed parcel by parcel. Each step is saved before it is answered."""
 
-    def __init__(self, folder: Path, plan: Path | None, builders: WorkerPool) -> None:
+    def __init__(self, folder: Path, plan: Path | None, builders: WorkerPool, readers: WorkerPool) -> None:
         """Open a built city.
 
         Args:
             folder: folder of the city.
             plan: file of its plan; None if it is unknown.
-            builders: pool of one process that builds.
+            builders: pool of one process that builds and learns.
+            readers: pool of one process that derives buildings again.
 
         Raises:
             AssetError: If the folder is not that of a city.
@@ -61,7 +66,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         self.sessions = None if self.plan is None else ZoneSessions(self.plan.folder, self.plan.seed)
         self.tiles = 0
         self.failed = ""
-        self._builders = builders
+        self._builders, self._readers = builders, readers
         self._waiting: set[str] = set()
         """Parcels that are to be built again."""
         self._task = ""
@@ -124,7 +129,10 @@ class CityDesk(AbstractDocumentDesk[Choices]):
             UsageError: If there is no building, or no such score.
         """
         self._built(parcel)
-        self._sessions().score(self._zone(parcel), self._address(parcel), score, kind, key)
+        sessions = self._sessions()
+        if not self._is_scorable(self.facts.value(parcel, "zone")):
+            raise UsageError(f"{parcel} has trees; buildings are scored.")
+        sessions.score(self._zone(parcel), self._address(parcel), score, kind, key)
         self.notify()
 
     def learn(self, name: str) -> None:
@@ -176,10 +184,20 @@ class CityDesk(AbstractDocumentDesk[Choices]):
             "zone": zone or "",
             "status": status,
             "facts": [("zone", zone or "none"), *self._rules_fact(parcel), *self.facts.of(parcel)],
-            "rules": [],
             "pin": state_of(self.document.pins.get(parcel)),
             "said": {"score": said and said.score, "kind": said and said.kind},
+            "scorable": said is not None or self._is_scorable(zone),
         }
+
+    def tell_rules(self, parcel: str, answer: Answer) -> None:
+        """Answer with lines about how the building of a parcel was derived, when a process has derived it."""
+        self.facts.row(parcel)
+        if self.plan is None or len(self.facts) > MOST_SURVEYED:
+            answer({"rules": []}, ())
+            return
+        task = TellRules(self.plan.path, parcel)
+        # A building that cannot be derived again, such as one of a map that has moved, has no rules to tell.
+        self._readers.submit(task, lambda outcome: answer({"rules": outcome.value or []}, ()), first=True)
 
     def poll(self) -> None:
         """Look for scores that were given elsewhere."""
@@ -189,6 +207,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
     def close(self) -> None:
         """End the builder, and close all files."""
         self._builders.close()
+        self._readers.close()
         if self.sessions is not None:
             self.sessions.close()
 
@@ -267,6 +286,11 @@ class CityDesk(AbstractDocumentDesk[Choices]):
 
     def _address(self, parcel: str) -> Address:
         return Address(False, self.facts.value(parcel, "seed"), self.facts.value(parcel, "model"))
+
+    def _is_scorable(self, zone: str | None) -> bool:
+        """Whether a zone has buildings, and not trees."""
+        grammars = [each.grammar for each in self.plan.zones if each.name == zone] if self.plan else []
+        return bool(grammars) and find_rules(grammars[0]).suffix == SUFFIX
 
     def _rules_fact(self, parcel: str) -> list[tuple[str, str]]:
         """Name of the rules, and the beginning of the hash of their text."""
