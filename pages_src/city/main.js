@@ -38,7 +38,8 @@ function build(root, channel, first) {
   const view = makeView(canvas, {
     select: (id) => void select(id),
     progress: (text) => void (progress.textContent = text),
-    failed: notes.complain,
+    // While tiles are being written, some are missing.
+    failed: (text) => state.busy || notes.complain(text),
   });
   const panel = makePanel({ ask, score, change, find, visit: () => view.visit(), go });
 
@@ -174,7 +175,8 @@ function build(root, channel, first) {
     update(now) {
       const before = state;
       state = now;
-      title.textContent = document.title = state.title;
+      title.textContent = state.title;
+      document.title = `${state.title} – grammarlab`;
       title.title = state.file;
       status.textContent = state.busy || (state.num_pins ? "saved" : "");
       status.dataset.state = state.busy ? "saving" : "saved";
@@ -217,4 +219,22 @@ function walkPad(walk) {
   return element("div", { class: "ct-pad", role: "group", "aria-label": "Walk", hidden: true }, ...buttons);
 }
 
-openPage("ct-page", "Opening the city…", build);
+/**
+ * The page, or why there is none.
+ * @param {HTMLElement} root
+ * @param {import("../shared/channel.js").Channel} channel
+ * @param {State} state
+ */
+function buildIfPossible(root, channel, state) {
+  if (document.createElement("canvas").getContext("webgl2")) return build(root, channel, state);
+  root.replaceChildren(
+    element(
+      "p",
+      { class: "gl-wait", role: "alert" },
+      "This browser shows no 3D (WebGL 2): switch it on, or use another.",
+    ),
+  );
+  return { update() {}, connection() {} };
+}
+
+openPage("ct-page", "Opening the city…", buildIfPossible);

@@ -1,8 +1,9 @@
 import { Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
-/** From where the city is first seen: from the south and above. */
+/** From where the city is first seen: from the south and above; from higher in a window that is higher than wide. */
 const BEGIN = new Vector3(0.12, 0.48, 1);
+const BEGIN_HIGH = new Vector3(0.12, 1.1, 1);
 /** Seconds of a flight. */
 const FLIGHT = 0.6;
 /** How near one flies to a building, and how steeply one looks at it. */
@@ -81,7 +82,7 @@ export function makeOrbit(stage, canvas) {
     frame(box, atOnce) {
       const target = box.getCenter(new Vector3());
       target.y = Math.max(box.min.y, 0);
-      const toward = BEGIN.clone().normalize();
+      const toward = (camera.aspect < 1 ? BEGIN_HIGH : BEGIN).clone().normalize();
       const right = new Vector3(0, 1, 0).cross(toward).normalize();
       const up = toward.clone().cross(right);
       const slope = Math.tan((camera.fov * Math.PI) / 360) * MARGIN;

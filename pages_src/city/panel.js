@@ -22,6 +22,7 @@ export function makePanel(page) {
   const name = element("h2", { class: "ct-name" });
   const facts = element("dl", { class: "ct-facts" });
   const rules = element("ul", { class: "ct-rules", "aria-label": "Rules" });
+  const story = element("details", { open: true }, element("summary", {}, "Chosen by chance"), rules);
   const hint = element(
     "p",
     { class: "gl-hint" },
@@ -48,9 +49,9 @@ export function makePanel(page) {
   });
   const said = element("span", { class: "gl-count", role: "status" });
   const scoring = element(
-    "section",
-    { class: "gl-card", "aria-label": "Score" },
-    element("div", { class: "gl-row" }, element("h2", {}, "Score"), element("span", { class: "gl-space" }), said),
+    "div",
+    { class: "gl-plain", role: "group", "aria-label": "Score" },
+    element("div", { class: "gl-row" }, element("h3", {}, "Score"), element("span", { class: "gl-space" }), said),
     element("div", { class: "gl-row" }, steps.element, exact),
   );
   const actions = element("div", { class: "gl-row gl-wrap" }, visit, reroll, pin, exclude);
@@ -65,10 +66,11 @@ export function makePanel(page) {
       textButton("‹", () => page.go(-1), { "aria-label": "Previous building", title: "Previous building (B)" }),
       textButton("›", () => page.go(1), { "aria-label": "Next building", title: "Next building (N)" }),
     ),
+    actions,
     hint,
+    scoring,
     facts,
     story,
-    actions,
   );
   const query = element("input", {
     class: "gl-input",
@@ -146,14 +148,14 @@ export function makePanel(page) {
         "span",
         { class: "ct-zone" },
         element("b", {}, zone),
-        element("small", {}, [grammar, `${parcels} buildings`, `${scored} scored`].filter(Boolean).join(" · ")),
+        element("small", {}, [grammar, `${parcels.toLocaleString()} built`, `${scored} scored`].filter(Boolean).join(" · ")),
         learned ? element("small", {}, learned) : null,
       ),
       learn,
     );
   }
 
-  const side = element("aside", { class: "gl-side ct-side" }, chosen, scoring, summary, search);
+  const side = element("aside", { class: "gl-side ct-side" }, chosen, summary, search);
   /** @param {string[]} lines about how the building was derived */
   function tell(lines) {
     rules.replaceChildren(...lines.map((line) => element("li", {}, line)));

@@ -201,7 +201,7 @@ export function markMaterial(colour) {
   return new MeshBasicMaterial({
     color: colour,
     transparent: true,
-    opacity: 0.4,
+    opacity: 0.25,
     depthWrite: false,
     polygonOffset: true,
     polygonOffsetFactor: -2,

@@ -12,6 +12,8 @@ import { buildingIds } from "./features.js";
 /** Bytes of tiles in memory; beyond it distant tiles stay coarse. */
 const MAX_BYTES = 1.5e9;
 const MIN_BYTES = 0.8e9;
+/** Pictures without loading after which tiles are complete. */
+const QUIET = 5;
 
 /**
  * The tiles of a city in metres to the east, up and to the south of their origin.
@@ -25,6 +27,8 @@ export function makeTiles(stage, tell) {
   let shown = null;
   /** @type {TilesRenderer | null} that are loading */
   let next = null;
+  /** Pictures since nothing more of them was to be loaded. */
+  let quiet = 0;
 
   function open() {
     next?.dispose();
@@ -51,7 +55,6 @@ export function makeTiles(stage, tell) {
     tiles.addEventListener("tile-visibility-change", stage.reshade);
     tiles.addEventListener("needs-update", stage.draw);
     tiles.addEventListener("load-error", ({ url, error }) => tell.failed(`${new URL(url).pathname}: ${error.message}`));
-    tiles.addEventListener("tiles-load-end", () => tiles === next && replace());
     if (shown) next = tiles;
     else shown = tiles;
     stage.scene.add(tiles.group);
@@ -85,6 +88,11 @@ export function makeTiles(stage, tell) {
         tiles?.setResolutionFromRenderer(stage.camera, stage.renderer);
         tiles?.update();
       }
+      if (!next) return;
+      // What a tile needs is asked for when it has come, so that loading ends only after some quiet pictures.
+      quiet = next.root && next.loadProgress === 1 ? quiet + 1 : 0;
+      if (quiet > QUIET) replace();
+      else stage.draw();
     },
     /** Bounds of all buildings; null until they are known. */
     bounds() {

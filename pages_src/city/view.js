@@ -57,8 +57,10 @@ export function makeView(canvas, tell) {
 
   canvas.addEventListener("pointerdown", (event) => {
     canvas.focus({ preventScroll: true });
+    canvas.dataset.by = "pointer";
     pressed = event.isPrimary && event.button === 0 ? new Vector2(event.clientX, event.clientY) : null;
   });
+  canvas.addEventListener("keydown", () => void (canvas.dataset.by = "keys"));
   canvas.addEventListener("pointerup", (event) => {
     const isClick = pressed && pressed.distanceTo(new Vector2(event.clientX, event.clientY)) < STEADY;
     pressed = null;

@@ -55,12 +55,12 @@ def decisions(forest: Forest) -> list[str]:
 
 
 def _values(forest: Forest) -> list[str]:
-    """Values of attributes that were drawn for the whole building."""
+    """Values of the attributes of the file that were drawn for the whole building; those of imports are many."""
     draws = forest.draws
     values = {
         site.name: value
         for site, value in zip((forest.sites[each] for each in draws.site.tolist()), draws.value.tolist(), strict=True)
-        if site.kind == "uniform" and "#" not in site.name and site.name == site.definition
+        if site.kind == "uniform" and site.name == site.definition and not {*"#."} & {*site.name}
     }
     return [f"{name} = {value:.2f}" for name, value in list(values.items())[: MOST_LINES // 2]]
 
@@ -88,4 +88,5 @@ def _forest(plan: Path, plan_time: int, pins_time: int, parcel: str) -> Forest |
 @lru_cache(maxsize=2)
 def _survey(plan: Path, _plan_time: int, _pins_time: int) -> Survey:
     """The survey of a plan; made again when the file or its pins have changed."""
-    return surveyed(read_plan(plan))
+    read = read_plan(plan)
+    return surveyed(read, tuple(ZoneRules.of(zone) for zone in read.zones))
