@@ -148,7 +148,11 @@ export function makePanel(page) {
         "span",
         { class: "ct-zone" },
         element("b", {}, zone),
-        element("small", {}, [grammar, `${parcels.toLocaleString()} built`, `${scored} scored`].filter(Boolean).join(" · ")),
+        element(
+          "small",
+          {},
+          [grammar, `${parcels.toLocaleString()} built`, `${scored} scored`].filter(Boolean).join(" · "),
+        ),
         learned ? element("small", {}, learned) : null,
       ),
       learn,
