@@ -15,10 +15,6 @@ def open_city(
     folder: Annotated[
         Path, typer.Argument(help="Folder of a city, from grammarlab city build.", exists=True, file_okay=False)
     ],
-    plan: Annotated[
-        Path | None,
-        typer.Option("--plan", help="Plan of the city. Default: the one that it was built from.", dir_okay=False),
-    ] = None,
     port: Annotated[int, typer.Option("--port", help="Port of the page; 0 for any free one.", min=0, max=65535)] = 0,
     browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser, or only print its address.")
@@ -33,7 +29,7 @@ def open_city(
         from grammarlab.pages.city.city_viewer import CityViewer, page_of
         from grammarlab.pages.server import serve
 
-        viewer = CityViewer(folder, plan)
+        viewer = CityViewer(folder)
         note = f"saves to {viewer.desk.target}; Ctrl-C ends" if viewer.desk.plan else "shows only; Ctrl-C ends"
         try:
             with page_opener(note, browser=browser) as announce:

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-from grammarlab.files import read_bounded
 from grammarlab.pages.workers.worker_pool import Handler, Report
 from grammarlab.preference.labels import Labels
 
-Rebuild = Callable[[Path, Path], object]
-"""Builds the city of a plan again in its folder; what has not changed costs little."""
-_MAX_TILESET_BYTES = 64 << 20
+Rebuild = Callable[[Path, Sequence[str]], Sequence[str]]
+"""Builds parcels of a city again by its folder and their ids; returns the addresses of the changed tiles."""
 
 
 @dataclass(frozen=True, slots=True)
 class BuildAgain:
-    """Task: build a city again after its pins or its plan have changed."""
+    """Task: build parcels again after their pins or their plan have changed; the addresses of changed tiles."""
 
-    plan: Path
     folder: Path
+    """Folder of the city."""
+    parcels: tuple[str, ...]
+    """Ids of the parcels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +64,7 @@ def builder(rebuild: str) -> Handler:
     """
     module, _, name = rebuild.partition(":")
 
-    def do(task: BuildAgain | LearnZone | TellRules, report: Report) -> LearnedZone | list[str] | bool:
+    def do(task: BuildAgain | LearnZone | TellRules, report: Report) -> LearnedZone | list[str]:
         if isinstance(task, LearnZone):
             return _learn(task, report)
         if isinstance(task, TellRules):
@@ -74,23 +73,9 @@ def builder(rebuild: str) -> Handler:
 
             return rules_of(task.plan, task.parcel)
         function: Rebuild = getattr(import_module(module), name)
-        function(task.plan, task.folder)
-        return True
+        return list(function(task.folder, task.parcels))
 
     return do
-
-
-def build_again(plan: Path, folder: Path) -> None:
-    """Build a city again with the same outputs: squares whose parcels have changed cost work, all others are kept.
-
-    Raises:
-        GrammarlabError: If the plan or the folder cannot be used.
-    """
-    # Building needs the extra `city`, which seeing does not.
-    from grammarlab.runs.city.build import BUILDINGS, build_city  # noqa: PLC0415
-
-    root = json.loads(read_bounded(folder / "tileset.json", _MAX_TILESET_BYTES))["root"]
-    build_city(plan, folder, cityjson=(folder / BUILDINGS).exists(), implicit="implicitTiling" in root)
 
 
 def _learn(task: LearnZone, report: Report) -> LearnedZone:

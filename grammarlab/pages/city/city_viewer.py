@@ -12,8 +12,8 @@ from grammarlab.pages.desktop import DeskHooks, Desktop
 from grammarlab.pages.server import Page, built_page
 from grammarlab.pages.workers.worker_pool import WorkerPool
 
-REBUILD = "grammarlab.pages.city.builder:build_again"
-"""Function that builds a city again (`grammarlab.pages.city.builder.Rebuild`)."""
+REBUILD = "grammarlab.runs.city.rebuild:rebuild"
+"""Function that builds parcels again (`grammarlab.pages.city.builder.Rebuild`)."""
 _POLL_SECONDS = 1.0
 """Interval of looking for scores from elsewhere."""
 _NICENESS = 5
@@ -27,13 +27,12 @@ def page_of(folder: Path) -> Page:
 class CityViewer(Desktop[CityDesk]):
     """A city seen and changed in several windows; `grammarlab.pages.city.commands` has their requests."""
 
-    def __init__(self, folder: Path, plan: Path | None = None, *, rebuild: str = REBUILD) -> None:
+    def __init__(self, folder: Path, *, rebuild: str = REBUILD) -> None:
         """Open the folder of a built city.
 
         Args:
-            folder: what ``grammarlab city build`` made.
-            plan: file of its plan; None for the one that it was built from. Without one nothing can be changed.
-            rebuild: ``package.module:function`` that builds a city again.
+            folder: what ``grammarlab city build`` made. If its plan is gone, nothing can be changed.
+            rebuild: ``package.module:function`` that builds parcels again.
 
         Raises:
             AssetError: If the folder is not that of a city.
@@ -52,6 +51,6 @@ class CityViewer(Desktop[CityDesk]):
                 )
                 for politeness in (_NICENESS, 0)
             )
-            return CityDesk(folder, plan or plan_of(folder), builders, readers)
+            return CityDesk(folder, plan_of(folder), builders, readers)
 
         super().__init__(make, COMMANDS, state_event, hooks)

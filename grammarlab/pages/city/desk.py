@@ -33,7 +33,7 @@ from grammarlab.runs.sample.shipped import SUFFIX, find_rules
 
 NO_PLAN = (
     "The plan of this city is not known, so nothing can be built again. "
-    "Give it: grammarlab city open DIR --plan PLAN.toml"
+    "Build it from a plan: grammarlab city build PLAN.toml -o DIR"
 )
 
 
@@ -224,7 +224,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         parcels = tuple(sorted(self._waiting))
         self._waiting.clear()
         words = f"building {parcels[0]}…" if len(parcels) == 1 else f"building {len(parcels):,} parcels…"
-        task = BuildAgain(self._plan().path, self.folder)
+        task = BuildAgain(self.folder, parcels)
         self._submit(words, task, partial(self._take_tiles, parcels))
 
     def _submit(self, words: str, task: BuildAgain | LearnZone, then: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import struct
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -79,11 +80,13 @@ def write_city(folder: Path, columns: int = 6, rows: int = 4, pins: Pins | None 
     return ids
 
 
-def rebuild(plan: Path, folder: Path) -> None:
+def rebuild(folder: Path, parcels: Sequence[str]) -> list[str]:
     """Build the city again as its pins say; the size of the city stays that of its table."""
+    plan = read_plan(Path(json.loads((folder / "city.json").read_text())["plan"]))
     number = pq.read_metadata(folder / "parcels.parquet").num_rows
     columns = {24: 6, 120: 12}[number]
-    write_city(folder, columns, number // columns, read_pins(read_plan(plan).pins))
+    write_city(folder, columns, number // columns, read_pins(plan.pins))
+    return ["tiles/coarse.glb", "tiles/full.glb"] if parcels else []
 
 
 def write_parcels(path: Path, columns: dict[str, Any]) -> None:
