@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, row_of_value
 from grammarlab.export.city_faces import ROOF_HEIGHT, STEEP, CityFaces
-from grammarlab.export.city_surfaces import MILLIMETRES
+from grammarlab.export.city_surfaces import MILLIMETRES, to_grid
 from grammarlab.geometry.meshes.ragged import next_in_row
 
 _ABOVE_PLINTH = 1.3
@@ -17,9 +17,11 @@ _SHARES = (1 / 3, 0.6)
 """Heights of the other sections as shares of the height of the building: floors may stand out."""
 _DETAIL = 1.0
 """Half of the largest width in metres of gaps that are closed and of parts that are removed: windows, bays, piers."""
+_GAP = 0.02
+"""Length in metres by which walls are longer, so that they meet."""
 _SNAP = 0.005
-"""Grid in metres on which ends of walls meet."""
-_SMOOTH = 0.05
+"""Grid in metres of the crossings of walls."""
+_SMOOTH = 0.2
 """Largest deviation in metres of the simplified outline."""
 _SMALLEST = 4.0
 """Smallest area in square metres of a part, or of a court."""
@@ -39,13 +41,21 @@ def ground_outline(faces: CityFaces, footprint: shapely.Polygon, ground: float) 
     upright = faces.select(np.abs(faces.normal[:, 2]) < STEEP)  # eaves stand out
     higher = [share * height for share in _SHARES if share * height > _ABOVE_PLINTH]
     sections = [_section(faces, ground + _ABOVE_PLINTH), *(_section(upright, ground + level) for level in higher)]
-    walls = np.concatenate(sections)
-    lines = shapely.union_all(shapely.linestrings(_distinct(walls)), grid_size=_SNAP)
+    walls = _overlapping(np.concatenate(sections))
+    lines = shapely.union_all(shapely.linestrings(walls), grid_size=_SNAP)
     cells = shapely.get_parts(shapely.polygonize([lines]))
     largest = _largest_part(_plain(shapely.union_all(cells[~_is_open(cells, faces, ground)])))
-    if largest is None or shapely.symmetric_difference(largest, footprint).area <= _SAME * footprint.area:
+    if largest is None or not _has_most(largest, walls):
         return footprint
-    return largest
+    is_same = shapely.symmetric_difference(largest, footprint).area <= _SAME * footprint.area
+    return footprint if is_same else largest
+
+
+def _has_most(outline: shapely.Polygon, walls: Floats) -> bool:
+    """Whether most walls [n, 2, 2] are in or along an outline: if they have gaps, a small part may be the largest."""
+    middles, lengths = walls.mean(axis=1), np.hypot(*(walls[:, 1] - walls[:, 0]).T)
+    inside = shapely.contains_xy(shapely.buffer(outline, _DETAIL), *middles.T)
+    return lengths[inside].sum() >= lengths.sum() / 2
 
 
 def _section(faces: CityFaces, height: float) -> Floats:
@@ -64,13 +74,17 @@ def _section(faces: CityFaces, height: float) -> Floats:
     return places[order].reshape(-1, 2, 2)
 
 
-def _distinct(segments: Floats) -> Floats:
-    """The different segments [n, 2, 2] on the grid, without those that are points: floors repeat their walls."""
-    ends = np.rint(segments / _SNAP).astype(np.int64)
+def _overlapping(segments: Floats) -> Floats:
+    """The different segments [n, 2, 2] (floors repeat them), longer at both ends, so that walls that touch cross."""
+    ends = to_grid(segments)
     backward = (ends[:, 0, 0] > ends[:, 1, 0]) | ((ends[:, 0, 0] == ends[:, 1, 0]) & (ends[:, 0, 1] > ends[:, 1, 1]))
     ends = np.where(backward[:, None, None], ends[:, ::-1], ends).reshape(-1, 4)
-    distinct = np.unique(ends, axis=0).reshape(-1, 2, 2)
-    return distinct[(distinct[:, 0] != distinct[:, 1]).any(axis=1)] * _SNAP
+    distinct = np.unique(ends, axis=0).reshape(-1, 2, 2) / MILLIMETRES
+    along = distinct[:, 1] - distinct[:, 0]
+    length = np.hypot(*along.T)
+    has_length = length > 0
+    longer = along[has_length] / length[has_length, None] * _GAP
+    return distinct[has_length] + np.stack([-longer, longer], axis=1)
 
 
 def _is_open(cells: NDArray[np.object_], faces: CityFaces, ground: float) -> Flags:

@@ -26,6 +26,8 @@ _SMALLEST = 3.0
 """Smallest area in square metres of a roof."""
 _RIM = 0.7
 """Largest width in metres of a rim without a roof, such as a parapet, that belongs to the roof along it."""
+_STRAIGHT = 0.02
+"""Largest deviation in metres of straightened lines between roofs."""
 _ROUNDS = 8
 """Largest number of times that small parts are given to their neighbours."""
 _NONE = -1
@@ -82,9 +84,9 @@ def roof_map(faces: CityFaces, outline: shapely.Polygon, ground: float) -> RoofM
     if (plane == _NONE).any():
         return None
     parts = _parts(plane, shared)
-    unions = [shapely.coverage_union_all(cells[part]) for part in parts]
-    regions = [region for region in unions if isinstance(region, shapely.Polygon)]
-    return RoofMap(regions, [planes[plane[part[0]]] for part in parts]) if len(regions) == len(parts) else None
+    regions = _straightened([shapely.coverage_union_all(cells[part]) for part in parts])
+    polygons = [region for region in regions if isinstance(region, shapely.Polygon)]
+    return RoofMap(polygons, [planes[plane[part[0]]] for part in parts]) if len(polygons) == len(parts) else None
 
 
 def _planes(faces: CityFaces, outline: shapely.Polygon, ground: float) -> list[RoofPlane]:
@@ -167,6 +169,17 @@ def _with_neighbours(cells: Cells, plane: Ints, shared: _SharedEdges) -> Ints:
         for index in np.flatnonzero(lengths.max(axis=1) > 0):
             plane[parts[index]] = lengths[index].argmax()
     return plane
+
+
+def _straightened(regions: Sequence[BaseGeometry]) -> Sequence[BaseGeometry]:
+    """The regions without points along their common lines that are not needed; as they were if one would be lost."""
+    edges = shapely.union_all([region.boundary for region in regions], grid_size=_GRID)
+    lines = shapely.simplify(shapely.get_parts(shapely.line_merge(edges)), _STRAIGHT)
+    cells = shapely.get_parts(shapely.polygonize([shapely.union_all(lines, grid_size=_GRID)]))
+    owner, cell = shapely.STRtree(cells).query(shapely.point_on_surface(regions), predicate="intersects")
+    # A cell that is a court belongs to no region.
+    is_one_each = np.array_equal(owner, np.arange(len(regions))) and len(np.unique(cell)) == len(regions)
+    return cells[cell].tolist() if is_one_each else regions
 
 
 def _areas(geometry: BaseGeometry) -> BaseGeometry:

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
+import shapely.affinity
 from shapely.geometry.polygon import orient
 
 from grammarlab.assets.mesh_files import AssetFolder
@@ -135,6 +136,29 @@ def test_the_surfaces_of_a_model_are_those_of_the_scene_in_place():
     assert np.min(feature["vertices"], axis=0).tolist() == [40000, -20000, 2000]
     assert np.max(feature["vertices"], axis=0).tolist() == [60000, 0, 8000]
     assert_closed_manifold(geometry)
+
+
+@pytest.mark.parametrize("degrees", [0, 3, 17, 45])
+def test_walls_of_boxes_and_windows_enclose_the_building_in_any_direction(degrees):
+    rules = """
+        Lot --> extrude(6) comp(f) { side : Storeys | top : Roof. }
+        Storeys --> split(y) { { 3 : split(x) { { 1.5 : Box | 1.1 : Window }* | ~1 : Box } }* }
+        Box --> t(0, 0, -0.35) s('1, '1, 0.35) primitiveCube() Box.
+        Window --> t(0, 0, -0.2) s('1, '1, 0.06) primitiveCube() Glass.
+    """
+    lot = shapely.affinity.rotate(ELL, degrees, origin=(7.3, 3.1))
+    whole = building(rules, footprint=lot)
+    far = CityBuilding(**{**vars(whole), "footprint": shapely.box(-90, -90, 90, 90)})
+    feature, geometry = level_of(far, "1")
+    rings = np.array(feature["vertices"])[surfaces_of(geometry)[0][0]][:, :2] / 1000
+    outline = shapely.Polygon(rings)
+    assert shapely.symmetric_difference(outline, lot).area <= 0.03 * lot.area
+    assert shapely.hausdorff_distance(outline, lot) <= 0.5
+
+
+def test_open_walls_have_the_footprint_as_their_outline():
+    _, geometry = level_of(building("Lot --> extrude(6) comp(f) { front : W. | back : W. | top : R. }"), "1")
+    assert types_of(geometry) == ["GroundSurface", *["WallSurface"] * 4, "RoofSurface"]
 
 
 def test_a_model_without_a_floor_stands_on_its_outline():
