@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -30,11 +30,20 @@ NO_PICTURES: Mapping[str, bytes] = MappingProxyType({})
 
 
 class GltfMaterials:
-    """Materials of one document, each written when it is first used."""
+    """Materials of one document, each written when it is first used.
 
-    def __init__(self, document: GltfDocument, assets: Path | None) -> None:
+    Args:
+        document: the document.
+        assets: folder of the textures; None leaves them out.
+        share: function that stores a texture beside the file and returns its URI; by default textures are embedded.
+    """
+
+    def __init__(
+        self, document: GltfDocument, assets: Path | None, share: Callable[[Texture], str] | None = None
+    ) -> None:
         self._document = document
         self._assets = assets
+        self._share = share
         self._numbers = MaterialNumbers()
         self._textured: list[bool] = []
         self._images: dict[str, int | None] = {}
@@ -85,11 +94,15 @@ class GltfMaterials:
             if texture is None:
                 self._images[name] = None
             else:
-                view = self._document.add_bytes(texture.content)
-                entry = {"name": texture.name, "mimeType": texture.mime, "bufferView": view}
-                image = self._document.add("images", entry)
+                image = self._document.add("images", self._image(texture))
                 self._images[name] = self._document.add("textures", {"source": image, "sampler": self._sampler()})
         return self._images[name]
+
+    def _image(self, texture: Texture) -> dict[str, Any]:
+        entry = {"name": texture.name, "mimeType": texture.mime}
+        if self._share is not None:
+            return {**entry, "uri": self._share(texture)}
+        return {**entry, "bufferView": self._document.add_bytes(texture.content)}
 
     def _sampler(self) -> int:
         if not any(index is not None for index in self._images.values()):

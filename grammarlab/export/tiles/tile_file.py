@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,8 +14,8 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
 from grammarlab.export.gltf_document import GltfDocument
-from grammarlab.export.gltf_materials import GltfMaterials
-from grammarlab.export.model_files import GENERATOR, whole_file
+from grammarlab.export.gltf_materials import GltfMaterials, Texture
+from grammarlab.export.model_files import GENERATOR, whole_file, write_whole
 from grammarlab.export.tiles.tile_instances import add_instances
 from grammarlab.export.tiles.tile_mesh import add_mesh
 from grammarlab.export.tiles.tile_metadata import add_properties
@@ -47,7 +49,12 @@ class TileSummary:
 
 
 def write_tile(
-    path: Path, tile: TileModels, level: Level, root_matrix: Floats, assets: Path | None = None
+    path: Path,
+    tile: TileModels,
+    level: Level,
+    root_matrix: Floats,
+    assets: Path | None = None,
+    textures: Path | None = None,
 ) -> TileSummary:
     """Write the GLB of one tile.
 
@@ -56,7 +63,8 @@ def write_tile(
         tile: the models at the level of detail, at least one (`grammarlab.export.tiles.simplified_models`).
         level: ``full`` shares meshes between all models by instancing; the others are one mesh with colours.
         root_matrix: [4, 4] from the tile's axes (x east, y up, z south) to those of the tileset, also y up.
-        assets: folder of the textures; None leaves them out.
+        assets: folder of the textures; None leaves out those that no material contains.
+        textures: folder for the textures that several tiles share; by default they are embedded.
 
     Raises:
         AssetError: If a texture is unusable.
@@ -77,7 +85,8 @@ def write_tile(
     with whole_file(path) as output:
         document = GltfDocument(output)
         add_properties(document, tile.properties)
-        materials = GltfMaterials(document, assets)
+        share = None if textures is None else _TextureStore(textures, path.parent)
+        materials = GltfMaterials(document, assets, share)
         parts, rest = [], tile.scene
         if level == "full":
             part, is_left = add_instances(document, materials, moved)
@@ -87,6 +96,22 @@ def write_tile(
         document.pack(_placed(document, total.nodes, matrix), GENERATOR)
         num_bytes = output.stream.tell()
     return TileSummary(num_bytes, total.triangles, total.draws, low, high)
+
+
+@dataclass(frozen=True, slots=True)
+class _TextureStore:
+    """A folder of textures by their content, which tiles refer to."""
+
+    folder: Path
+    base: Path
+    """Folder of the tile."""
+
+    def __call__(self, texture: Texture) -> str:
+        """URI of a stored texture, relative to the tile."""
+        path = self.folder / f"{sha256(texture.content).hexdigest()[:32]}{texture.suffix}"
+        if not path.exists():
+            write_whole(path, texture.content)
+        return Path(os.path.relpath(path, self.base)).as_posix()
 
 
 def tile_bounds(tile: TileModels) -> tuple[Floats, Floats]:

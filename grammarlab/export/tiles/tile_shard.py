@@ -25,6 +25,8 @@ from grammarlab.scene.instance_bounds import scene_bounds
 from grammarlab.scene.triangles import count_triangles
 from grammarlab.scene.used_tables import with_used_tables
 
+TEXTURES = "textures"
+"""Folder of the textures of all tiles below the folder of the city."""
 MOST_BLOCK_TRIANGLES = 20_000
 """Most triangles of a tile of blocks: about a megabyte. The largest models are kept."""
 
@@ -115,7 +117,9 @@ class TileWriter:
     def write(self, cell: TileCell, tile: TileModels, level: Level) -> tuple[Floats, Floats]:
         """Write the file of a tile; the corners of its box in the axes of the root."""
         matrix = self._matrix(cell)
-        written = write_tile(content_path(self._folder, cell), tile, level, matrix, self._assets)
+        written = write_tile(
+            content_path(self._folder, cell), tile, level, matrix, self._assets, self._folder / TEXTURES
+        )
         self._tiles.append(written)
         return box_in_root(written.low, written.high, matrix)
 

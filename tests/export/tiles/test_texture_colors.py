@@ -68,6 +68,18 @@ def test_scenes_of_two_asset_folders_keep_their_pictures(tmp_path):
     assert contents == {(tmp_path / name / "wall.png").read_bytes() for name in ("red", "blue")}
 
 
+def test_tiles_share_their_textures(tmp_path):
+    scene = with_pictures(textured(tmp_path / "red", (200, 30, 30)), tmp_path / "red")
+    tile = TileModels(scene, np.zeros((1, 3)), properties([1]))
+    for name in ("1", "2"):
+        path = tmp_path / "t" / name / "tile.glb"
+        write_tile(path, tile, "full", np.eye(4), textures=tmp_path / "textures")
+        (image,) = read_glb(path).document["images"]
+        shared = (path.parent / image["uri"]).resolve()
+        assert shared.read_bytes() == (tmp_path / "red" / "wall.png").read_bytes()
+    assert len(list((tmp_path / "textures").iterdir())) == 1
+
+
 def test_textures_outside_their_folder_are_refused(tmp_path):
     scene = textured(tmp_path / "red", (200, 30, 30))
     names = tuple("../secret.png" if name else "" for name in scene.materials.textures)
