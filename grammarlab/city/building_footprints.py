@@ -104,7 +104,9 @@ def _footprints_of_block(edges: LotEdges, widths: Floats, request: FootprintRequ
     lot = np.flatnonzero(reason == "")
     footprints = LotEdges.of(outline[lot])
     footprint_widths = _widths_of_parts(footprints, edges, distances, widths, lot, np.isin(lot, changed))
-    order = footprints.starting_at(first_edges(footprints, footprint_widths))
+    # A building behind another lot looks to the street, too.
+    towards = edges.normal[edges.ring_offsets[edges.outline_offsets[:-1]]][lot]
+    order = footprints.starting_at(first_edges(footprints, footprint_widths, towards))
     return BuildingFootprints(
         reason=reason, lot=lot, edges=footprints.reordered(order), street_width=footprint_widths[order]
     )

@@ -12,12 +12,12 @@ from grammarlab.geometry.lot_sides import BACK, FRONT, LEFT, Sides, edge_sides
 COLLINEAR = 10.0
 """Degrees; edges that turn by less are one edge."""
 _LEAST_TURN = 45.0
-"""Degrees between the lines of two streets at a corner lot."""
+"""Degrees between the lines of two streets at a corner lot, and between a side and the direction of the front."""
 LOT, INNER_LOT, CORNER_LOT = "Lot", "LotInner", "LotCorner"
 """Start rules of CGA for lots along streets in one direction, without a street, and in several directions."""
 
 
-def first_edges(edges: LotEdges, widths: Floats) -> Ints:
+def first_edges(edges: LotEdges, widths: Floats, towards: Floats | None = None) -> Ints:
     """[S] corner that the first edge of each lot leaves: along its widest street, and of those the longest.
 
     Collinear edges on streets count as one, and so do those without a street; the longest of them is the first edge.
@@ -25,13 +25,18 @@ def first_edges(edges: LotEdges, widths: Floats) -> Ints:
     Args:
         edges: P edges of S lots.
         widths: [P] widths of the streets along them in metres, 0 for none.
+        towards: [S, 2] directions in which the first edge looks if there is no street; left out for any.
     """
+    is_facing = np.ones(len(widths), np.bool_)
+    if towards is not None:
+        is_facing = (edges.normal * towards[edges.outline]).sum(axis=1) > np.cos(np.radians(_LEAST_TURN))
     chain = merged_edges(edges, (widths > 0.0).astype(np.int64), COLLINEAR)
     chain_length = np.bincount(chain, edges.length)
     chain_width = np.zeros(len(chain_length))
     np.maximum.at(chain_width, chain, widths)
     # Equal edges are ordered as their corners are, which starts in the west.
-    keys = (-edges.length, -np.round(chain_length, 6)[chain], -chain_width[chain], edges.is_hole, edges.outline)
+    length = np.round(chain_length, 6)[chain]
+    keys = (-edges.length, -length, ~is_facing, -chain_width[chain], edges.is_hole, edges.outline)
     rank = np.lexsort(keys)
     return rank[np.searchsorted(edges.outline[rank], np.arange(len(edges)))]
 

@@ -188,6 +188,15 @@ def read_plan(path: Path) -> Plan:
     return parse_plan(text, path)
 
 
+def is_polygon_text(text: str) -> bool:
+    """Whether a polygon is given by WKT, and not by the path of a file.
+
+    >>> is_polygon_text("SRID=4326;POLYGON ((0 0, 1 0, 1 1, 0 0))"), is_polygon_text("polygon.geojson")
+    (True, False)
+    """
+    return _WKT.match(text) is not None
+
+
 def parse_plan(text: str, path: Path) -> Plan:
     r"""The plan of a text.
 
@@ -233,7 +242,7 @@ _LARGEST = 1e8
 """Largest area in square metres."""
 _ZONE_NAME = re.compile(r"[^\W_][\w .+-]{0,63}")
 _FIELD_NAME = re.compile(r"[^\W\d]\w{0,63}")
-_WKT = re.compile(r"\s*(SRID\s*=\s*\d+\s*;\s*)?(MULTI)?POLYGON\s*(Z\s*)?\(", re.IGNORECASE)
+_WKT = re.compile(r"\s*(SRID\s*=\s*\d+\s*;\s*)?(MULTI)?POLYGON\s*(Z\s*)?(\(|EMPTY)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -354,7 +363,7 @@ class _PlanReader:
 
     def _polygon(self, keys: Keys) -> str:
         text = self.tables.text(keys)
-        return text if not text or _WKT.match(text) else str(self.path.parent / text)
+        return text if not text or is_polygon_text(text) else str(self.path.parent / text)
 
     def _condition(self, keys: Keys) -> str:
         text = self.tables.text(keys)

@@ -13,7 +13,7 @@ import shapely
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.city.fields import ParcelFields
-from grammarlab.city.plan import Plan, ZonePlan
+from grammarlab.city.plan import Plan, ZonePlan, is_polygon_text
 from grammarlab.city.plan_fields import PlanFields
 from grammarlab.city.zone_density import ZoneDensity
 from grammarlab.errors import UsageError, shown
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 NO_ZONE = -1
 _SRID = re.compile(r"\s*SRID\s*=\s*(\d{1,9})\s*;\s*(.*)", re.IGNORECASE | re.DOTALL)
-_WKT = re.compile(r"\s*(SRID\s*=|(MULTI)?POLYGON)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -126,11 +125,6 @@ def _area(zone: ZonePlan, frame: Frame, sources: ZoneSources) -> BaseGeometry:
     if not is_polygon_text(zone.polygon):
         raise UsageError(f"expected the polygon of {zone.polygon}, found none")
     return polygon_of_text(zone.polygon, frame)
-
-
-def is_polygon_text(text: str) -> bool:
-    """Whether a polygon is given by WKT, and not by the path of a file."""
-    return _WKT.match(text) is not None
 
 
 def polygon_of_text(text: str, frame: Frame) -> BaseGeometry:

@@ -73,6 +73,15 @@ def test_the_first_edge_is_along_the_widest_street_and_then_the_longest():
         assert first_edges(edges, np.array(widths, float)).tolist() == [first]
 
 
+def test_a_building_behind_another_lot_looks_to_the_street():
+    """A flag lot touches the street only with a drive that is too narrow for a building."""
+    flag = shapely.Polygon([(0, 0), (3, 0), (3, 30), (25, 30), (25, 70), (0, 70)])
+    result = built([flag], [8.0] + [0.0] * 5, request(1))
+    assert result.street_width.tolist() == [0.0] * 4
+    assert result.edges.normal[0].tolist() == [0.0, -1.0]
+    assert polygons(result)[0].bounds == pytest.approx((2.0, 32.0, 23.0, 65.0), abs=0.05)
+
+
 def test_collinear_edges_count_as_one():
     bent = shapely.Polygon([(0, 0), (15, 0), (30, 0.5), (30, 28), (0, 28)])
     edges = LotEdges.of(np.array([bent], dtype=object))

@@ -17,13 +17,13 @@ from grammarlab.city.map_shapes import read_shapes, read_streets
 from grammarlab.city.parcel_addresses import Pins, read_pins
 from grammarlab.city.parcel_map import read_parcels
 from grammarlab.city.parcels import Outlines, Parcels
-from grammarlab.city.plan import Plan
+from grammarlab.city.plan import Plan, is_polygon_text
 from grammarlab.city.site_making import SiteSources, sites_of
 from grammarlab.city.sites import Sites
 from grammarlab.city.street_lines import StreetLines
 from grammarlab.city.terrain import Terrain, read_terrain
 from grammarlab.city.zone_file import read_zones
-from grammarlab.city.zones import ZoneSources, is_polygon_text
+from grammarlab.city.zones import ZoneSources
 from grammarlab.errors import UsageError
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.geometry.footprints.frame import Frame
