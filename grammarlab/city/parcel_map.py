@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city import parcel_reasons
 from grammarlab.city.parcel_ids import identities, part_ids
-from grammarlab.city.parcel_outlines import Pieces, canonical_outlines, pieces_of, polygons_of, unbuildable
+from grammarlab.city.parcel_outlines import Pieces, canonical_outlines, pieces_of, unbuildable
 from grammarlab.city.parcel_overlaps import disjoint
 from grammarlab.city.parcels import Outlines, Parcels
 from grammarlab.errors import AssetError
@@ -31,6 +31,9 @@ from grammarlab.geometry.footprints.map_layer import MapLayer
 
 ID = "id"
 """Name of the attribute of maps that have no attributes."""
+_AREAS = [shapely.GeometryType[kind].value for kind in ("POLYGON", "MULTIPOLYGON", "GEOMETRYCOLLECTION")]
+_ROWS = 65_536
+"""Outlines that are changed at a time, so that there are few copies of a large map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,52 +76,76 @@ def read_parcels(
         UsageError: If the layer or the attribute is unknown, or the extra ``city`` is missing.
     """
     file, suffix = split_layer(str(path)) or (Path(path), None)
-    read = read_layer(file, layer or suffix)
-    try:
-        return _parcels(read, crs, id_field, frame)
-    except AssetError as error:
-        raise AssetError(f"{read.name}: {str(error).removeprefix(f'{read.name}: ').rstrip('.')}.") from error
+    # The layer is handed over: its outlines need not stay until the parcels are finished.
+    return _parcels(read_layer(file, layer or suffix), crs, id_field, frame)
 
 
 def _parcels(layer: MapLayer, crs: str | None, id_field: str | None, frame: Frame | None) -> ParcelMap:
+    name = layer.name
+    try:
+        system, pieces = _pieces(layer, crs, frame)
+        attributes, remarks = layer.attributes, [*layer.remarks, *_remarks(layer, crs, system, pieces)]
+        del layer
+        keys = canonical_outlines(pieces, int(pieces.feature.max()) + 1)
+        ids = identities(attributes, keys, id_field, name)
+        order, names = _order(pieces, ids.id)
+        reason, outline = _reasons(pieces, ids.id, keys, order)
+    except AssetError as error:
+        raise AssetError(f"{name}: {str(error).removeprefix(f'{name}: ').rstrip('.')}.") from error
+    if frame is None:
+        middles = shapely.get_coordinates(shapely.centroid(pieces.outline[pieces.usable]))
+        frame = Frame.around(system.target, middles)
+    if not attributes.num_columns:
+        attributes = pa.table({ID: ids.id.tolist()})
+    parcels = Parcels(
+        frame=frame,
+        id=names,
+        outline=_in_frame(outline, frame),
+        elevation=pieces.elevation[order],
+        attributes=attributes.take(pieces.feature[order]).combine_chunks(),
+        reason=reason,
+    )
+    return ParcelMap(parcels, (*remarks, *ids.remarks))
+
+
+def _pieces(layer: MapLayer, crs: str | None, frame: Frame | None) -> tuple[MetricSystem, Pieces]:
+    """The polygons of a layer in metres, and their system.
+
+    Raises:
+        AssetError: If the coordinates cannot be those of parcels, or no outline can be used.
+    """
     centres = _centres(layer)
     system = metric_system(_definition(layer, crs, centres), centres)
     pieces = pieces_of(layer.geometry, _projection(system, frame), system.height_unit)
     if not pieces.usable.any():
         counts = Counter(pieces.reason)
         raise AssetError(f"no outline can be used: {', '.join(f'{n:,} {reason}' for reason, n in counts.items())}")
-    areas = shapely.area(pieces.outline[pieces.usable])
-    check_sizes(areas, system.source)
-    keys = canonical_outlines(pieces, len(layer))
-    ids = identities(layer.attributes, keys, id_field, layer.name)
-    order, names = _order(pieces, ids.id)
-    reason, outline = _reasons(pieces, ids.id, keys, order)
-    if frame is None:
-        middles = shapely.get_coordinates(shapely.centroid(pieces.outline[pieces.usable]))
-        frame = Frame.around(system.target, middles)
+    check_sizes(shapely.area(pieces.outline[pieces.usable]), system.source)
+    return system, pieces
+
+
+def _in_frame(outline: Outlines, frame: Frame) -> Outlines:
+    """[P] outlines from the origin of a frame, drawn in one way: counter-clockwise from the lowest leftmost corner.
+
+    Shapefiles turn rings around, and the same outline should be the same building however it was drawn. The origin
+    comes off last, and exactly: all that was computed before does not depend on it.
+    """
     origin = np.array(frame.origin)
-    feature = pieces.feature[order]
-    attributes = layer.attributes if layer.attributes.num_columns else pa.table({ID: ids.id.tolist()})
-    parcels = Parcels(
-        frame=frame,
-        id=names,
-        # Last, and exact: all that was computed before does not depend on the origin.
-        outline=shapely.transform(outline, lambda points: points - origin),
-        elevation=pieces.elevation[order],
-        attributes=attributes.take(feature).combine_chunks(),
-        reason=reason,
-    )
-    return ParcelMap(parcels, (*layer.remarks, *_remarks(layer, crs, system, pieces), *ids.remarks))
+    result = np.empty(len(outline), dtype=object)
+    for start in range(0, len(outline), _ROWS):
+        rows = slice(start, start + _ROWS)
+        drawn = shapely.reverse(shapely.normalize(outline[rows]))
+        result[rows] = shapely.transform(drawn, lambda points: points - origin)
+    return result
 
 
 def _centres(layer: MapLayer) -> Floats:
-    """[n, 2] centres of the boxes of all polygons, in the coordinates of the file.
+    """[n, 2] centres of the boxes of all features with polygons, in the coordinates of the file.
 
     Raises:
         AssetError: If there is none.
     """
-    polygons, _ = polygons_of(layer.geometry)
-    bounds = shapely.bounds(polygons)
+    bounds = shapely.bounds(layer.geometry[np.isin(shapely.get_type_id(layer.geometry), _AREAS)])
     centres = (bounds[:, :2] + bounds[:, 2:]) / 2
     centres = centres[np.isfinite(centres).all(axis=1)]
     if len(centres) == 0:
@@ -178,9 +205,7 @@ def _reasons(
     separate = disjoint(outline[rows])
     outline[rows] = separate.outline
     reason[rows] = np.where(separate.is_covered, parcel_reasons.OVERLAP, unbuildable(separate.outline))
-    # Shapefiles turn rings around. Counter-clockwise from the lowest of the leftmost corners, an outline is the same
-    # however it was drawn.
-    return reason, shapely.reverse(shapely.normalize(outline))
+    return reason, outline
 
 
 def _is_copy(ids: NDArray[np.object_], keys: list[bytes]) -> NDArray[np.bool_]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from hashlib import sha256
 
 import numpy as np
 import shapely
@@ -31,6 +32,8 @@ _MAX_TILT = np.cos(np.radians(30.0))
 """Smallest vertical part of the normal of an outline."""
 _HEIGHTS = (-500.0, 9_000.0)
 """Metres between which land lies."""
+_ROWS = 65_536
+"""Outlines that are compared at a time, so that there are few copies of a large map."""
 _DECIMALS = 3
 """Of metres, to which outlines are compared."""
 _SLIVER = 1.0
@@ -105,13 +108,15 @@ def pieces_of(geometry: NDArray[np.object_], metres: Callable[[Floats], Floats],
 
 
 def canonical_outlines(pieces: Pieces, num_features: int) -> list[bytes]:
-    """[N] the outlines of each feature to the millimetre, wherever their rings start and however they turn."""
-    rounded = shapely.transform(pieces.outline, lambda points: np.round(points, _DECIMALS) + 0.0)
-    texts = shapely.to_wkb(shapely.normalize(rounded))
-    keys: list[list[bytes]] = [[] for _ in range(num_features)]
-    for row, text in zip(pieces.feature.tolist(), texts, strict=True):
-        keys[row].append(text)
-    return [texts[0] if len(texts) == 1 else b"".join(sorted(texts)) for texts in keys]
+    """[N] hashes of the outlines of features, to the millimetre, wherever their rings start and however they turn."""
+    digests: list[list[bytes]] = [[] for _ in range(num_features)]
+    for start in range(0, len(pieces.outline), _ROWS):
+        rows = slice(start, start + _ROWS)
+        rounded = shapely.transform(pieces.outline[rows], lambda points: np.round(points, _DECIMALS) + 0.0)
+        texts = shapely.to_wkb(shapely.normalize(rounded))
+        for row, text in zip(pieces.feature[rows].tolist(), texts, strict=True):
+            digests[row].append(sha256(text).digest())
+    return [one[0] if len(one) == 1 else sha256(b"".join(sorted(one))).digest() for one in digests]
 
 
 def unbuildable(outline: Outlines) -> NDArray[np.object_]:
@@ -239,7 +244,8 @@ def _num_meeting(polygon: shapely.Polygon) -> float:
     """About the number of pairs of edges of a polygon whose boxes meet."""
     points, ring = shapely.get_coordinates(shapely.get_rings(polygon), return_index=True)
     is_edge = ring[:-1] == ring[1:]
-    edges = shapely.linestrings(np.stack([points[:-1][is_edge], points[1:][is_edge]], axis=1))
+    lines = shapely.linestrings(np.stack([points[:-1][is_edge], points[1:][is_edge]], axis=1))
+    edges = np.asarray(lines, dtype=object)
     sample = edges[:: max(len(edges) // _SAMPLE, 1)]
     pairs = shapely.STRtree(edges).query(sample)
     return pairs.shape[1] * len(edges) / (2 * max(len(sample), 1))

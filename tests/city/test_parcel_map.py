@@ -185,6 +185,18 @@ def test_a_repair_keeps_the_area(tmp_path):
     assert [remark.kind for remark in read.remarks] == ["repair"]
 
 
+def test_a_tangle_is_not_repaired_and_a_long_outline_is(tmp_path):
+    """As many edges may cross in millions of places; one crossing of a long outline is repaired."""
+    tangle = np.random.default_rng(1).uniform(0, 100, (3_000, 2))
+    wave = shapely.get_coordinates(shapely.Point(500, 50).buffer(50, quad_segs=500))[:-1]
+    wave = np.insert(wave, 1000, wave[1000] + [[0.0, -0.5], [0.01, 0.5]], axis=0)
+    rings = [[*ring.tolist(), ring[0].tolist()] for ring in (tangle, wave)]
+    assert not shapely.Polygon(rings[1]).is_valid
+    parcels = local(tmp_path, *[feature(polygon(ring), id=row) for row, ring in enumerate(rings)]).parcels
+    assert parcels.reason.tolist() == ["invalid", ""]
+    assert parcels.area[1] == pytest.approx(np.pi * 2500, rel=1e-3)
+
+
 def test_heights_of_the_corners_become_the_elevation(tmp_path):
     raised = [[x, y, 12.0 + 0.1 * x] for x, y in SQUARE]
     deep = [[x + 20, y, -1e30] for x, y in SQUARE]
