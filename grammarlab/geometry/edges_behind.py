@@ -50,7 +50,7 @@ class OutwardSegments:
 
     def normals(self) -> Floats:
         """[K, 2] unit normals on the outer sides, of points the outward directions; zero without an outer side."""
-        across = _across(self.end - self.start)
+        across = across_edges(self.end - self.start)
         turn = _dot(across, self.outward)
         sign = np.where(np.abs(turn) > _LEAST_TURN, np.sign(turn), 0.0)
         outward = self.outward / np.maximum(_length(self.outward), _LEAST_TURN)[:, None]
@@ -77,7 +77,7 @@ def edges_behind(segments: OutwardSegments, outlines: EdgeSets) -> EdgesBehind:
     edge, offsets = take_rows(outlines.offsets, segments.outline)
     segment = row_of_value(np.diff(offsets))
     origin = outlines.start[edge]
-    normal = _across(outlines.end[edge] - origin)
+    normal = across_edges(outlines.end[edge] - origin)
     along = np.stack([normal[:, 1], -normal[:, 0]], axis=1)
     length = _dot(along, outlines.end[edge] - origin)
     tolerance, is_point = segments.tolerance[segment], segments.is_point()[segment]
@@ -129,7 +129,7 @@ def edges_that_look_alike(
     """
     edge, offsets = take_rows(outlines.offsets, outline)
     owner = row_of_value(np.diff(offsets))
-    cosine = _dot(_across(outlines.end[edge] - outlines.start[edge]), normals[owner])
+    cosine = _dot(across_edges(outlines.end[edge] - outlines.start[edge]), normals[owner])
     largest = np.full(len(normals), -np.inf)
     np.maximum.at(largest, owner, cosine)
     is_nearest = (cosine >= largest[owner] - TIE) & (cosine >= least_cosine - TIE)
@@ -149,7 +149,7 @@ def _length(vectors: Floats) -> Floats:
     return np.sqrt(_dot(vectors, vectors))
 
 
-def _across(vectors: Floats) -> Floats:
+def across_edges(vectors: Floats) -> Floats:
     """[K, 2] unit vectors across vectors, on the outer side of an outline that runs along them; zero for zero."""
     length = _length(vectors)
     return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1) / np.where(length > 0.0, length, 1.0)[:, None]

@@ -17,10 +17,12 @@ from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts
 from grammarlab.derivation.state.shapes import Shapes
 from grammarlab.derivation.state.street_outlines import StreetOutlines, outline_ids, plan_ids, with_outlines
 from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.geometry.edges_ahead import edges_ahead
 from grammarlab.geometry.edges_behind import (
     EdgesBehind,
     EdgeSets,
     OutwardSegments,
+    across_edges,
     best_of_groups,
     edges_behind,
     edges_that_look_alike,
@@ -127,6 +129,8 @@ class EdgeMoves(NamedTuple):
     """[C] metres by which the edge that leaves each corner moved inwards, below 0 outwards."""
     by_direction: bool = False
     """Whether an edge that is on none of them stands for the one that looks in the most similar direction."""
+    has_wings: bool = False
+    """Whether parts are wings, whose inner edges may look at a street past the other wings."""
 
 
 def with_moved_edges(
@@ -139,7 +143,7 @@ def with_moved_edges(
     Args:
         parts: [K] the parts.
         pieces: [K] their geometry in metres, along the axes of the shapes they come from and from their origins.
-        row: [K] the shape that each comes from.
+        row: [K] the shape that each comes from, ascending.
         before: [N] these shapes.
         moved: how their edges moved.
         workspace: workspace of the derivation.
@@ -150,17 +154,46 @@ def with_moved_edges(
     old = _old_and_new_edges(moved, before, workspace, streets)
     lines = outline_lines(pieces)
     piece = lines.owner
-    segments = _segments(lines._replace(owner=row[piece]), before, workspace, streets)
-    segments = replace(segments, outline=row[piece])
+    in_lots = _segments(lines._replace(owner=row[piece]), before, workspace, streets)
+    segments = replace(in_lots, outline=row[piece])
     behind = edges_behind(segments, old)
     label = np.where(behind.distance == 0.0, behind.label, NO_SIDE)
     if moved.by_direction:
         alike = edges_that_look_alike(segments.normals(), segments.outline, old, _QUADRANT)
         label = np.where(label == NO_SIDE, alike, label)
+    if moved.has_wings:
+        looks_at_street = _look_at_streets(in_lots, row[piece], streets)
+        label = np.where((label == NO_SIDE) & looks_at_street, np.int8(FRONT), label)
     rows = np.flatnonzero(label > 0)
     ids = streets.add(_outlines(segments, rows, label[rows], piece[rows], parts.num))
     lies_flat = (plan_ids(before) >= 0) & ~_stand(moved.meshes, before, workspace)
     return with_outlines(parts, np.where(lies_flat[row], ids, outline_ids(parts)))
+
+
+def _look_at_streets(segments: OutwardSegments, row: Ints, streets: StreetOutlines) -> Flags:
+    """[K] whether an edge of a wing looks at an edge along a street, past all edges of the wings of its shape.
+
+    Args:
+        segments: edges of wings, ordered by shape, with the sets of edges of their lots.
+        row: [K] the shape of each.
+        streets: the sets.
+    """
+    outlines, normals = streets.outlines, segments.normals()
+    rows = np.flatnonzero((segments.outline >= 0) & normals.any(axis=1))
+    wings = EdgeSets(
+        segments.start, segments.end, np.ones(len(row), np.int8), offsets_from_counts(np.bincount(row, minlength=1))
+    )
+    points, directions = (segments.start[rows] + segments.end[rows]) / 2.0, normals[rows]
+    slack = segments.tolerance[rows]
+    edge, distance = edges_ahead(points, directions, segments.outline[rows], outlines, -slack)
+    _, obstacle = edges_ahead(points, directions, row[rows], wings, slack)
+    ahead = np.flatnonzero((edge >= 0) & (obstacle >= distance - slack))
+    seen = edge[ahead]
+    across = across_edges(outlines.end[seen] - outlines.start[seen])
+    cosine = across[:, 0] * directions[ahead, 0] + across[:, 1] * directions[ahead, 1]
+    result = np.zeros(len(row), dtype=bool)
+    result[rows[ahead[(outlines.label[seen] == FRONT) & (cosine > _QUADRANT)]]] = True
+    return result
 
 
 def _stand(meshes: Meshes, shapes: Shapes, workspace: Workspace) -> Flags:

@@ -169,7 +169,7 @@ def _wings(name: Literal["shapeL", "shapeO", "shapeU"]) -> BlockOperation:
         distances = strips.wing_depths(meshes, depths)
         result = strips.setback(meshes, distances, np.zeros(len(distances), dtype=np.int64))
         part_groups = [strips.REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
-        return _parts(call, result, heads, part_groups, EdgeMoves(meshes, distances))
+        return _parts(call, result, heads, part_groups, EdgeMoves(meshes, distances, has_wings=True))
 
     count = len(_WINGS[name])
     return BlockOperation(divide, frozenset(), (count, count), _PARTS)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
-from grammarlab.derivation import Forest, Lots, derive
+from grammarlab.derivation import Forest, Lots, compile_grammar, derive
 from grammarlab.derivation.lots import Footprints
 from grammarlab.geometry.lot_sides import BACK, FRONT, LEFT, NO_SIDE, RIGHT, edge_sides
 from grammarlab.language.grammar import Grammar
@@ -107,6 +107,14 @@ def test_without_widths_the_selectors_mean_those_of_the_object(text, lot):
     assert fingerprint(unknown, 0) == fingerprint(by_object, 0)
 
 
+def test_rules_that_select_no_streets_are_the_same_on_every_lot():
+    program = compile_grammar(Grammar.parse("Lot --> extrude(4) comp(f) { object.front : A. | side : B. | all : C. }"))
+    assert not program.selects_streets
+    assert compile_grammar(Grammar.parse("Lot --> comp(f) { street.side : A. }")).selects_streets
+    plain = derive(program, 1, 11, footprint=(12.0, 9.0))
+    assert fingerprint(derive(program, 1, 11, **CORNER), 0) == fingerprint(plain, 0)
+
+
 def test_a_lot_without_streets_has_no_front_and_all_its_other_sides():
     found = places(derived(f"Lot --> extrude(4) comp(f) {WALLS}", footprint=(12.0, 9.0), street_width=[0.0] * 4))
     assert "Front." not in found
@@ -135,6 +143,27 @@ def test_walls_of_a_courtyard_are_no_fronts_even_where_all_edges_are_along_stree
     found = places(derived(text, **ISLAND))
     assert sorted(found["Front."]) == [[0.0, 6.0, 12.0], [15.0, 6.0, 0.0], [15.0, 6.0, 24.0], [30.0, 6.0, 12.0]]
     assert sum(len(found.get(name, [])) for name in ("Back.", "Left.", "Right.")) == 4
+
+
+@pytest.mark.parametrize(
+    ("operation", "lot", "recessed"),
+    [
+        ("shapeL(6, 6)", ISLAND, [[6.0, 6.0, 9.0], [18.0, 6.0, 18.0]]),
+        ("shapeU(6, 6, 6)", ISLAND, [[15.0, 6.0, 18.0]]),
+        ("shapeU(0, 6, 6)", ISLAND, []),
+        (
+            "rotateScope(0, 180, 0) shapeU(6, 6, 6)",
+            {**ISLAND, "street_width": [8.0, 0.0, 0.0, 0.0]},
+            [[15.0, 6.0, 6.0]],
+        ),
+    ],
+)
+def test_walls_of_wings_that_look_at_the_street_are_fronts(operation, lot, recessed):
+    text = f"Lot --> {operation} {{ shape : extrude(12) comp(f) {WALLS} | remainder : Court. }}"
+    found = places(derived(text, **lot))
+    on_street = {0.0, 30.0}, {0.0, 24.0}
+    inner = [wall for wall in found["Front."] if wall[0] not in on_street[0] and wall[2] not in on_street[1]]
+    assert sorted(inner) == recessed
 
 
 def test_party_walls_of_a_row_on_a_corner_are_no_fronts():
