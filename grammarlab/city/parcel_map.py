@@ -163,7 +163,7 @@ def _definition(layer: MapLayer, crs: str | None, centres: Floats) -> str:
         return crs
     if layer.crs is not None:
         return layer.crs
-    x, y = np.abs(centres).max(axis=0).tolist()
+    x, y = np.median(np.abs(centres), axis=0).tolist()  # a wrong outline is no reason to refuse the others
     if layer.default_crs and x <= 180.0 and y <= 90.0:
         return layer.default_crs
     x, y = np.median(centres, axis=0).tolist()

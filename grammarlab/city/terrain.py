@@ -208,6 +208,8 @@ def _check(path: Path, raster: DatasetReader) -> None:
     kind = np.dtype(raster.dtypes[0])
     if kind.kind not in "iuf":
         raise AssetError(f"{path}: expected heights, found values of type {kind}.")
+    if raster.count >= 3 and kind == np.uint8:
+        raise AssetError(f"{path}: expected heights, found a picture of {raster.count} bands.")
     if columns * rows * kind.itemsize * max(raster.count, 1) > _MAX_BLOCK_BYTES:
         raise AssetError(
             f"{path}: its blocks of {rows} x {columns} pixels are too large to read: tile it, "

@@ -275,6 +275,26 @@ def test_coordinates_that_cannot_be_right_are_refused(tmp_path):
         assert len(str(error.value)) < 600
 
 
+def test_one_wrong_place_does_not_stop_a_map(tmp_path):
+    features = [
+        feature(in_degrees(), id="a"),
+        feature(in_degrees(scale=2e-4), id="b"),
+        feature(polygon(SQUARE), id="c"),
+    ]
+    metres = polygon([[x + 691_000, y + 5_334_000] for x, y in SQUARE])
+    parcels = local_degrees(tmp_path, *features, feature(metres, id="d")).parcels
+    assert dict(zip(parcels.id, parcels.reason, strict=True)) == {
+        "a": "",
+        "b": "",
+        "c": "coordinates",
+        "d": "coordinates",
+    }
+
+
+def local_degrees(tmp_path: Path, *features: dict) -> ParcelMap:
+    return read_parcels(written(tmp_path, collection(*features)))
+
+
 def test_the_caller_may_name_the_system(tmp_path):
     far = polygon([[x + 691_000, y + 5_334_000] for x, y in SQUARE])
     path = written(tmp_path, collection(feature(far)))

@@ -151,6 +151,12 @@ def test_what_is_no_terrain_is_refused(tmp_path, monkeypatch):
     monkeypatch.undo()
     with pytest.raises(AssetError, match="complex"):
         read_terrain(written(tmp_path / "complex.tif", raster().astype(np.complex64)))
+    picture = tmp_path / "picture.tif"
+    profile = {"width": 2, "height": 2, "transform": from_origin(WEST, NORTH, 10, 10), "crs": CRS.from_epsg(32631)}
+    with rasterio.open(picture, "w", driver="GTiff", count=3, dtype="uint8", **profile) as file:
+        file.write(np.zeros((3, 2, 2), dtype=np.uint8))
+    with pytest.raises(AssetError, match="picture of 3 bands"):
+        read_terrain(picture)
     with pytest.warns(NotGeoreferencedWarning):
         path = written(tmp_path / "nowhere.tif", raster(), Affine.identity())
     with pytest.raises(AssetError, match="does not say where"):
