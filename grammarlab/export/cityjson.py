@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping, Set
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -22,7 +22,7 @@ import shapely
 
 from grammarlab.arrays import Floats, offsets_from_counts
 from grammarlab.errors import UsageError
-from grammarlab.export.city_faces import city_faces, surfaces_of
+from grammarlab.export.city_faces import CityFaces, city_faces, surfaces_of
 from grammarlab.export.city_outline import ground_outline
 from grammarlab.export.city_roofs import roof_map
 from grammarlab.export.city_shell import shell
@@ -160,17 +160,29 @@ def building_line(building: CityBuilding, levels: Iterable[Level] = LEVELS) -> b
 def _geometries(building: CityBuilding, levels: Set[Level]) -> dict[Level, CityGeometry | None]:
     """The geometries of a building; the block is as high as its walls and roof."""
     faces = city_faces(building.scene, building.corner)
-    outline = ground_outline(faces, building.footprint, building.ground)
+    outline = _outline(faces, building)
     geometries: dict[Level, CityGeometry | None] = {}
     if levels & {"1", "2"}:
-        roofs = roof_map(faces, outline, building.ground)
-        walls_and_roof = None if roofs is None else shell(roofs, building.ground)
+        walls_and_roof = _walls_and_roof(faces, outline, building.ground)
         highest = (faces if walls_and_roof is None else walls_and_roof).points[:, 2].max(initial=0) / MILLIMETRES
         geometries["1"] = block(outline, building.ground, highest)
         geometries["2"] = walls_and_roof or geometries["1"]
     if "3" in levels:
         geometries["3"] = surfaces_of(faces, building.scene, building.labels, outline, building.ground)
     return {level: geometries[level] for level in LEVELS if level in levels}
+
+
+def _outline(faces: CityFaces, building: CityBuilding) -> shapely.Polygon:
+    with suppress(shapely.GEOSException):  # geometry that defeats its overlays
+        return ground_outline(faces, building.footprint, building.ground)
+    return building.footprint
+
+
+def _walls_and_roof(faces: CityFaces, outline: shapely.Polygon, ground: float) -> CityGeometry | None:
+    with suppress(shapely.GEOSException):
+        roofs = roof_map(faces, outline, ground)
+        return None if roofs is None else shell(roofs, ground)
+    return None
 
 
 def _member(level: str, geometry: CityGeometry, vertex: list[int]) -> dict[str, object]:

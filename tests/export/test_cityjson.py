@@ -23,6 +23,7 @@ from grammarlab.geometry.meshes.triangulate import keyhole
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.scene import realize
+from grammarlab.scene.instances import scene_of_model
 from tests.export.cityjson_checks import (
     assert_closed_manifold,
     assert_well_formed,
@@ -180,6 +181,20 @@ def test_a_file_is_its_lines_whoever_made_them(tmp_path):
     parts = [head_line(FRAME), building_line(building()), building_line(building(name="b", east=40.0))]
     assert path.read_bytes() == b"".join(parts)
     assert [feature["id"] for feature in features_of(path)] == ["a", "b"]
+
+
+def test_a_line_is_the_same_alone_and_in_a_batch():
+    grammar = load(GRAMMARS / "toy.cga")
+    batch = realize(derive(grammar, 3, 5))
+    for model in range(3):
+        alone = realize(derive(grammar, 1, 5, first_model=model))
+        lines = [
+            building_line(
+                CityBuilding(**{**vars(building()), "scene": scene, "labels": SurfaceLabels.none(len(scene))})
+            )
+            for scene in (alone, scene_of_model(batch, model))
+        ]
+        assert lines[0] == lines[1]
 
 
 def test_a_file_that_fails_is_not_there(tmp_path):
