@@ -140,7 +140,7 @@ def surfaces_of(
 
 def _divided(points: Ints, faces: Soup) -> Soup:
     """The faces; those that are not planar, or pass a point twice, as triangles; without the thin ones."""
-    irregular = _passes_twice(faces) | ~_is_planar(points, faces)
+    irregular = _passes_twice(faces) | ~_is_planar(points, faces) | _crosses(points, faces)
     parts = faces.take(np.flatnonzero(irregular))
     triangles, face = triangulate(_as_mesh(points, parts))
     pieces = Soup(
@@ -157,6 +157,22 @@ def _passes_twice(faces: Soup) -> Flags:
     order = np.lexsort((faces.rows, face))
     again = (np.diff(faces.rows[order]) == 0) & (np.diff(face[order]) == 0)
     return np.bincount(face[order][1:][again], minlength=len(faces)) > 0
+
+
+def _crosses(points: Ints, faces: Soup) -> Flags:
+    """[F] whether the outline of a face crosses itself; triangles and rectangles are not looked at."""
+    counts = np.diff(faces.offsets)
+    many = np.flatnonzero(counts > 4)
+    chosen = faces.take(many)
+    normal = np.abs(face_normals(_as_mesh(points, chosen)))
+    # Seen along the axis that is nearest to the normal.
+    axes = np.array([[1, 2], [0, 2], [0, 1]])[np.argmax(normal, axis=1)]
+    face = row_of_value(np.diff(chosen.offsets))
+    corners = np.take_along_axis(points[chosen.rows], axes[face], axis=1).astype(np.float64)
+    rings = np.asarray(shapely.linearrings(corners, indices=face), dtype=object)
+    crosses = np.zeros(len(faces), dtype=np.bool_)
+    crosses[many] = ~shapely.is_simple(rings)
+    return crosses
 
 
 def _is_planar(points: Ints, faces: Soup) -> Flags:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from grammarlab.errors import UsageError
 from grammarlab.export.cityjson import CityBuilding, CityJsonWriter, Level, building_line, head_line
 from grammarlab.export.surface_labels import SurfaceLabels
 from grammarlab.geometry.footprints.frame import Frame
+from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.triangulate import keyhole
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
@@ -172,6 +174,15 @@ def test_a_model_without_a_floor_stands_on_its_outline():
     outer, court = (vertices[ring][:, :2] for ring in ground)
     assert shapely.Polygon(outer, [court]).area == 300e6
     assert set(vertices[ground[0]][:, 2]) == {2000}
+
+
+def test_faces_that_cross_themselves_are_triangles():
+    pentagram = [[np.sin(k * 0.8 * np.pi), 0.0, np.cos(k * 0.8 * np.pi)] for k in range(5)]
+    scene = realize(derive(Grammar.parse("Lot --> W."), 1, 5))
+    scene = replace(scene, meshes=Meshes.single(np.array(pentagram), [range(5)]), mesh=np.zeros(1, np.int32))
+    feature = json.loads(building_line(CityBuilding(**{**vars(building("Lot --> W.")), "scene": scene}), ["3"]))
+    surfaces = surfaces_of(geometry_of(feature, "3"))
+    assert all(len(outer) == 3 for outer, *_ in surfaces[:-1])
 
 
 def test_a_file_is_its_lines_whoever_made_them(tmp_path):
