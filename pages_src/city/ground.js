@@ -1,4 +1,5 @@
 import {
+  Box3,
   BufferGeometry,
   Color,
   Float32BufferAttribute,
@@ -8,6 +9,7 @@ import {
   MeshLambertMaterial,
   ShapeUtils,
   Vector2,
+  Vector3,
 } from "three";
 
 /** @typedef {import("./types.js").Ground} Ground */
@@ -31,41 +33,35 @@ export const zoneColour = (zone) => ZONE_COLOURS[zone % ZONE_COLOURS.length];
  * @param {Ground} ground
  */
 export function makeGround(stage, ground) {
-  const { ids, offsets, points, heights, zones } = ground;
+  const { ids, offsets, corners, zones } = ground;
   /** @type {Map<string, number>} */
   const rows = new Map(ids.map((id, row) => [id, row]));
   const places = ids.map((_, row) => placeOf(ground, row));
-  const lots = new Mesh(
-    new BufferGeometry(),
-    new MeshLambertMaterial({ vertexColors: true, polygonOffset: true, polygonOffsetFactor: -1 }),
-  );
+  const surfaces = surfacesOf(ground);
+  const lots = surfaceMesh(surfaces.corners, 3);
+  const streets = surfaceMesh(ground.streets, 1);
   const lines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.35 }));
-  lots.receiveShadow = true;
-  lots.frustumCulled = lines.frustumCulled = false;
-  lots.raycast = lines.raycast = () => {};
-  const { corners, owners, edges } = surfaces(ground);
-  lots.geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
-  lots.geometry.setAttribute(
-    "normal",
-    new Float32BufferAttribute(
-      corners.map((_, axis) => Number(axis % 3 === 1)),
-      3,
-    ),
-  );
-  lines.geometry.setAttribute("position", new Float32BufferAttribute(edges, 3));
-  stage.scene.add(lots, lines);
-  stage.sink((heights.length ? heights.reduce((least, each) => Math.min(least, each)) : 0) - 0.1);
-  stage.colours(({ lot, tint, ground: earth }) => {
-    const colours = zones.reduce((all, zone) => all.set(zone, tinted(lot, zone, tint)), new Map());
-    const values = owners.flatMap((row) => colours.get(zones[row]).toArray());
-    lots.geometry.setAttribute("color", new Float32BufferAttribute(values, 3));
-    lines.material.color.set(earth).multiplyScalar(0.5);
+  lines.geometry.setAttribute("position", new Float32BufferAttribute(surfaces.edges, 3));
+  lines.frustumCulled = false;
+  lines.raycast = () => {};
+  stage.scene.add(lots, streets, lines);
+  stage.sink(places.reduce((least, { ground: height }) => Math.min(least, height), places[0]?.ground ?? 0) - 0.1);
+  stage.colours((look) => {
+    const tints = new Map([...zones].map((zone) => [zone, tinted(look.lot, zone, look.tint).toArray()]));
+    paint(lots, surfaces.owners, (row) => /** @type {number[]} */ (tints.get(zones[row])));
+    const grounds = [new Color(look.street).toArray(), new Color(look.pavement).toArray()];
+    paint(
+      streets,
+      [...ground.kinds].flatMap((kind) => [kind, kind, kind]),
+      (kind) => grounds[kind],
+    );
+    lines.material.color.set(look.ground).multiplyScalar(0.5);
   });
 
   /** @param {number} row @param {number} x @param {number} z */
   const isIn = (row, x, z) =>
     Math.hypot(places[row].x - x, places[row].z - z) <= places[row].radius &&
-    contains(points, offsets[row], offsets[row + 1], x, z);
+    contains(corners, offsets[row], offsets[row + 1], x, z);
 
   /** Parcels at most some metres from a place. @param {{ x: number, z: number }} place @param {number} reach */
   const near = ({ x, z }, reach) =>
@@ -142,30 +138,53 @@ export function makeGround(stage, ground) {
 }
 
 /** Triangles and outlines of all parcels. @param {Ground} ground */
-function surfaces({ offsets, points, heights }) {
+function surfacesOf({ offsets, corners }) {
   /** @type {number[]} */
-  const corners = [];
+  const triangles = [];
   /** @type {number[]} the parcel of each corner */
   const owners = [];
   /** @type {number[]} */
   const edges = [];
   for (let row = 0; row + 1 < offsets.length; row++) {
-    /** @type {Vector2[]} */
+    /** @type {Vector3[]} */
     const outline = [];
     for (let corner = offsets[row]; corner < offsets[row + 1]; corner++)
-      outline.push(new Vector2(points[2 * corner], points[2 * corner + 1]));
-    const height = heights[row] + LIFT;
-    for (const triangle of ShapeUtils.triangulateShape(outline, []))
+      outline.push(new Vector3().fromArray(corners, 3 * corner));
+    const flat = outline.map(({ x, z }) => new Vector2(x, z));
+    for (const triangle of ShapeUtils.triangulateShape(flat, []))
       for (const corner of [...triangle].reverse()) {
-        corners.push(outline[corner].x, height, outline[corner].y);
+        triangles.push(outline[corner].x, outline[corner].y + LIFT, outline[corner].z);
         owners.push(row);
       }
     outline.forEach((from, corner) => {
       const to = outline[(corner + 1) % outline.length];
-      edges.push(from.x, height + LIFT, from.y, to.x, height + LIFT, to.y);
+      edges.push(from.x, from.y + 2 * LIFT, from.z, to.x, to.y + 2 * LIFT, to.z);
     });
   }
-  return { corners, owners, edges };
+  return { corners: triangles, owners, edges };
+}
+
+/**
+ * Triangles that lie on the ground, over layers of lower numbers.
+ * @param {ArrayLike<number>} corners
+ * @param {number} layer
+ */
+function surfaceMesh(corners, layer) {
+  const material = new MeshLambertMaterial({ vertexColors: true });
+  Object.assign(material, { polygonOffset: true, polygonOffsetFactor: -layer, polygonOffsetUnits: -2 * layer });
+  const mesh = new Mesh(new BufferGeometry(), material);
+  const up = Float32Array.from({ length: corners.length }, (_, axis) => Number(axis % 3 === 1));
+  mesh.geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
+  mesh.geometry.setAttribute("normal", new Float32BufferAttribute(up, 3));
+  mesh.receiveShadow = true;
+  mesh.frustumCulled = false;
+  mesh.raycast = () => {};
+  return mesh;
+}
+
+/** @param {Mesh} mesh @param {number[]} kinds of its corners @param {(kind: number) => number[]} colourOf */
+function paint(mesh, kinds, colourOf) {
+  mesh.geometry.setAttribute("color", new Float32BufferAttribute(kinds.flatMap(colourOf), 3));
 }
 
 /** @param {number} lot @param {number} zone @param {number} tint */
@@ -175,24 +194,20 @@ function tinted(lot, zone, tint) {
 }
 
 /** @param {Ground} ground @param {number} row @returns {Place} */
-function placeOf({ offsets, points, heights }, row) {
-  const [low, high] = [
-    [Infinity, Infinity],
-    [-Infinity, -Infinity],
-  ];
-  for (let value = 2 * offsets[row]; value < 2 * offsets[row + 1]; value++) {
-    low[value % 2] = Math.min(low[value % 2], points[value]);
-    high[value % 2] = Math.max(high[value % 2], points[value]);
-  }
-  const radius = Math.hypot(high[0] - low[0], high[1] - low[1]) / 2;
-  return { x: (low[0] + high[0]) / 2, z: (low[1] + high[1]) / 2, ground: heights[row], radius };
+function placeOf({ offsets, corners }, row) {
+  const box = new Box3();
+  for (let corner = offsets[row]; corner < offsets[row + 1]; corner++)
+    box.expandByPoint(new Vector3().fromArray(corners, 3 * corner));
+  const { x, z } = box.getCenter(new Vector3());
+  const size = box.getSize(new Vector3());
+  return { x, z, ground: (box.min.y + box.max.y) / 2, radius: Math.hypot(size.x, size.z) / 2 };
 }
 
-/** Whether an outline has a point inside. @param {Float32Array} points @param {number} first @param {number} last @param {number} x @param {number} z */
-function contains(points, first, last, x, z) {
+/** Whether an outline has a point inside. @param {Float32Array} corners @param {number} first @param {number} last @param {number} x @param {number} z */
+function contains(corners, first, last, x, z) {
   let inside = false;
   for (let here = first, before = last - 1; here < last; before = here++) {
-    const [x0, z0, x1, z1] = [points[2 * here], points[2 * here + 1], points[2 * before], points[2 * before + 1]];
+    const [x0, z0, x1, z1] = [corners[3 * here], corners[3 * here + 2], corners[3 * before], corners[3 * before + 2]];
     if (z0 > z !== z1 > z && x < ((x1 - x0) * (z - z0)) / (z1 - z0) + x0) inside = !inside;
   }
   return inside;

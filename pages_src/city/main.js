@@ -96,7 +96,7 @@ function build(root, channel, first) {
 
   async function loadGround() {
     const { result, buffers } = await channel.request("ground");
-    view.layOut(result.ids ?? [], buffers);
+    if (result.ids) view.layOut(result.ids, buffers);
   }
 
   /** @param {string | undefined} id */

@@ -27,8 +27,28 @@ const SHADOW_RADII = [60, 500];
 const FAR = 30_000;
 
 const LOOKS = {
-  light: { zenith: 0x6fa8e0, horizon: 0xdfe9f2, ground: 0xa9aca9, lot: 0xc6cfb8, tint: 0.25, sky: 1.9, sun: 2.6 },
-  dark: { zenith: 0x131a24, horizon: 0x465364, ground: 0x5a6066, lot: 0x687062, tint: 0.15, sky: 1.2, sun: 1.7 },
+  light: {
+    zenith: 0x6fa8e0,
+    horizon: 0xdfe9f2,
+    ground: 0xb4b9a6,
+    street: 0x7c7e81,
+    pavement: 0xbdbab3,
+    lot: 0xc6cfb8,
+    tint: 0.25,
+    sky: 1.9,
+    sun: 2.6,
+  },
+  dark: {
+    zenith: 0x131a24,
+    horizon: 0x465364,
+    ground: 0x50564e,
+    street: 0x474b50,
+    pavement: 0x6a6c6c,
+    lot: 0x687062,
+    tint: 0.15,
+    sky: 1.2,
+    sun: 1.7,
+  },
 };
 
 /**

@@ -50,6 +50,7 @@ export function makeTiles(stage, tell) {
         part.castShadow = part.receiveShadow = part instanceof Mesh;
       });
       if (tiles === shown) tell.loaded();
+      performance.mark("city-tile");
       stage.reshade();
     });
     tiles.addEventListener("tile-visibility-change", stage.reshade);

@@ -36,13 +36,14 @@
  * @property {Said} said
  * @property {boolean} scorable whether it has a building, and not trees
  *
- * @typedef {object} Ground parcels as outlines, metres: x to the east, y up, z to the south
+ * @typedef {object} Ground parcels as outlines, and streets, in metres: x to the east, y up, z to the south
  * @property {string[]} ids
- * @property {Uint32Array} offsets [N + 1] into the points
- * @property {Float32Array} points x and z of the corners
- * @property {Float32Array} heights [N] of the ground
+ * @property {Uint32Array} offsets [N + 1] into the corners
+ * @property {Float32Array} corners x, y and z of the corners of parcels
  * @property {Uint8Array} zones [N] numbers of zones; 255 for none
  * @property {Uint8Array} built [N] 1 for parcels with a building
+ * @property {Float32Array} streets x, y and z of the corners of triangles
+ * @property {Uint8Array} kinds of these triangles: 0 for streets, 1 for pavements
  *
  * @typedef {{ x: number, z: number, ground: number, radius: number }} Place of a parcel
  */

@@ -98,26 +98,23 @@ export function makeView(canvas, tell) {
     /** The tiles have changed. */
     reload: tiles.open,
     /** @param {string[]} ids @param {ArrayBuffer[]} buffers of `Ground` */
-    layOut(ids, [offsets, points, heights, zones, built]) {
+    layOut(ids, [offsets, corners, zones, built, streets, kinds]) {
       const values = {
         ids,
         offsets: new Uint32Array(offsets),
-        points: new Float32Array(points),
-        heights: new Float32Array(heights),
+        corners: new Float32Array(corners),
         zones: new Uint8Array(zones),
         built: new Uint8Array(built),
+        streets: new Float32Array(streets),
+        kinds: new Uint8Array(kinds),
       };
       const rows = new Map(ids.map((id, row) => [id, row]));
       outlineOf = (id) => {
         const row = rows.get(id);
         if (row === undefined) return [];
         const [first, last] = [values.offsets[row], values.offsets[row + 1]];
-        const corners = Array.from({ length: last - first }, (_, corner) => first + corner);
-        return [...corners, first].flatMap((corner) => [
-          values.points[2 * corner],
-          values.heights[row] + 0.15,
-          values.points[2 * corner + 1],
-        ]);
+        const outline = [...values.corners.subarray(3 * first, 3 * last)];
+        return [...outline, ...outline.slice(0, 3)].map((value, axis) => (axis % 3 === 1 ? value + 0.15 : value));
       };
       ground = makeGround(stage, values);
       if (marked) mark(marked);

@@ -60,8 +60,8 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         """
         self.folder = folder
         self.facts = ParcelFacts.read(folder)
-        self.ground: GroundPlan | None = ground_plan(self.facts, folder)
         choices, self.plan = (Choices(Pins(), ""), None) if plan is None else read_choices(plan)
+        self.ground: GroundPlan | None = ground_plan(self.facts, folder, self.plan)
         super().__init__(folder if self.plan is None else self.plan.pins, choices, saved=choices)
         self.sessions = None if self.plan is None else ZoneSessions(self.plan.folder, self.plan.seed)
         self.tiles = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,20 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from grammarlab.errors import AssetError
+from grammarlab.city.plan import Plan
+from grammarlab.city.terrain import read_terrain
+from grammarlab.errors import AssetError, GrammarlabError
 from grammarlab.extras import named_extras
 from grammarlab.files import read_bounded
+from grammarlab.geometry.footprints.frame import Frame
+from grammarlab.pages.city.decisions import CITY, MAX_PLAN_BYTES
 from grammarlab.pages.city.parcel_facts import ParcelFacts
+from grammarlab.pages.city.street_surface import NO_STREETS, street_triangles
 
 MOST_OUTLINES = 100_000
 """Largest number of parcels that are drawn; cities with more are shown without their ground."""
+MOST_STREETS = 20_000
+"""Largest number of parcels between which streets are drawn."""
 MAX_TILESET_BYTES = 64 << 20
 """Largest size of a tileset in bytes."""
 NO_ZONE = 255
@@ -28,46 +36,79 @@ _SIMPLIFY = 0.1
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class GroundPlan:
-    """N outlines with C corners in metres: x to the east, y up, z to the south of the origin of the tileset."""
+    """N parcels and T triangles of streets in metres: x to the east, y up, z to the south of the tileset's origin."""
 
     offsets: NDArray[np.uint32]
     """[N + 1] into the corners."""
-    points: NDArray[np.float32]
-    """[C, 2] x and z of the corners of outer rings."""
-    heights: NDArray[np.float32]
-    """[N] mean height of the corners."""
+    corners: NDArray[np.float32]
+    """[C, 3] corners of the outer rings of parcels."""
     zones: NDArray[np.uint8]
     """[N] numbers of zones; `NO_ZONE` for none."""
     built: NDArray[np.uint8]
     """[N] 1 for parcels with a building."""
+    streets: NDArray[np.float32]
+    """[T, 3, 3] corners of triangles of streets and pavements."""
+    kinds: NDArray[np.uint8]
+    """[T] index into `grammarlab.pages.city.street_surface.SURFACES`."""
 
     @property
     def buffers(self) -> tuple[bytes, ...]:
         """All columns as bytes, little-endian."""
-        return tuple(column.tobytes() for column in (self.offsets, self.points, self.heights, self.zones, self.built))
+        columns = (self.offsets, self.corners, self.zones, self.built, self.streets, self.kinds)
+        return tuple(column.tobytes() for column in columns)
 
 
-def ground_plan(facts: ParcelFacts, folder: Path) -> GroundPlan | None:
+@dataclass(frozen=True)
+class TilesetFrame:
+    """Place of the tiles of a city, and the height of its ground."""
+
+    transform: NDArray[np.float64]
+    """[4, 4] matrix from metres east, north and up of the origin of the tileset to earth-centred coordinates."""
+    crs: dict[str, Any] | None
+    """Coordinate system of the map as PROJJSON; None for metres at an unknown place."""
+    origin: NDArray[np.float64]
+    """[2] coordinates on the map of the origin of the city's metres."""
+    elevation: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    """Heights of the ground in metres at points [n, 2] in metres from the origin."""
+
+    def local(self, points: NDArray[np.float64]) -> NDArray[np.float32]:
+        """[n, 3] points on the ground, x, y and z in metres, of points [n, 2] on the map.
+
+        Raises:
+            AssetError: If the coordinate system cannot be used.
+        """
+        up = self.elevation(points - self.origin)
+        if self.crs is None or not len(points):
+            east_north_up = np.column_stack([points - self.origin, up])
+        else:
+            east_north_up = _from_earth(np.column_stack([points, up]), self.crs, self.transform)
+        return (east_north_up[:, [0, 2, 1]] * (1.0, 1.0, -1.0)).astype("<f4")
+
+
+def ground_plan(facts: ParcelFacts, folder: Path, plan: Plan | None) -> GroundPlan | None:
     """The ground of a city; None if it has too many parcels.
 
     Args:
         facts: its parcels.
         folder: folder of its tileset.
+        plan: its plan, which names its terrain; None if it is unknown.
 
     Raises:
         AssetError: If its tileset cannot be read.
     """
+    frame = TilesetFrame(_transform(folder), facts.crs, _origin(folder), _elevation(folder, plan))
     if len(facts) > MOST_OUTLINES:
         return None
     points, offsets = _corners(facts.outlines)
-    local = _local(np.column_stack([points, np.zeros(len(points))]), facts.crs, _transform(folder))
+    streets, kinds = street_triangles(facts.outlines) if len(facts) <= MOST_STREETS else NO_STREETS
     numbers = {zone: min(number, NO_ZONE - 1) for number, zone in enumerate(facts.zones)}
     return GroundPlan(
         offsets=offsets.astype("<u4"),
-        points=np.column_stack([local[:, 0], -local[:, 1]]).astype("<f4"),
-        heights=_means(local[:, 2], offsets).astype("<f4"),
+        corners=frame.local(points),
         zones=np.array([numbers.get(zone, NO_ZONE) for zone in facts.zone], np.uint8),
         built=facts.is_built.astype(np.uint8),
+        streets=frame.local(streets.reshape(-1, 2)).reshape(-1, 3, 3),
+        kinds=kinds,
     )
 
 
@@ -80,10 +121,8 @@ def _corners(outlines: NDArray[np.object_]) -> tuple[NDArray[np.float64], NDArra
     return points[~is_last], np.concatenate([[0], np.cumsum(counts)])
 
 
-def _local(points: NDArray[np.float64], crs: dict[str, Any] | None, transform: NDArray[np.float64]) -> NDArray[Any]:
-    """[C, 3] metres east, north and up of the origin of the tileset."""
-    if crs is None or not len(points):
-        return points
+def _from_earth(points: NDArray[np.float64], crs: dict[str, Any], transform: NDArray[np.float64]) -> NDArray[Any]:
+    """[n, 3] metres east, north and up of the origin of the tileset."""
     with named_extras():
         from pyproj import CRS, Transformer  # noqa: PLC0415  # an extra
         from pyproj.exceptions import ProjError  # noqa: PLC0415
@@ -93,6 +132,40 @@ def _local(points: NDArray[np.float64], crs: dict[str, Any] | None, transform: N
     except ProjError as error:
         raise AssetError(f"the coordinate system of the parcels cannot be used: {error}") from error
     return (np.column_stack([*places, np.ones(len(points))]) @ np.linalg.inv(transform).T)[:, :3]
+
+
+def _city(folder: Path) -> dict[str, Any]:
+    """What a build wrote about the city; empty if that is missing."""
+    try:
+        values = json.loads(read_bounded(folder / CITY, MAX_PLAN_BYTES))
+    except (AssetError, OSError, ValueError, RecursionError):
+        return {}
+    return values if isinstance(values, dict) else {}
+
+
+def _origin(folder: Path) -> NDArray[np.float64]:
+    try:
+        return np.array(_city(folder)["origin"], np.float64).reshape(2)
+    except (LookupError, ValueError, TypeError):
+        return np.zeros(2)
+
+
+def _elevation(folder: Path, plan: Plan | None) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """Height of the ground above the ellipsoid, or of the map; level where there is no terrain."""
+    base = 0.0 if plan is None else plan.geoid_height or 0.0
+
+    def level(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.full(len(points), base)
+
+    crs = _city(folder).get("crs")
+    if plan is None or plan.terrain is None or not isinstance(crs, str):
+        return level
+    frame = Frame(crs, tuple(_origin(folder).tolist()))
+    try:
+        terrain = read_terrain(plan.terrain)
+    except GrammarlabError:  # it was there when the city was built
+        return level
+    return lambda points: np.nan_to_num(terrain.heights(frame, points)) + base
 
 
 def _transform(folder: Path) -> NDArray[np.float64]:
@@ -106,10 +179,3 @@ def _transform(folder: Path) -> NDArray[np.float64]:
     if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix)) < 1e-6:
         raise AssetError(f"{path}: expected a transform of the root that can be inverted.")
     return matrix
-
-
-def _means(values: NDArray[np.float64], offsets: NDArray[np.int64]) -> NDArray[np.float64]:
-    """[N] means of consecutive values; 0 for none."""
-    sums = np.concatenate([[0.0], np.cumsum(values)])
-    counts = np.diff(offsets)
-    return np.diff(sums[offsets]) / np.maximum(counts, 1)
