@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Literal
@@ -14,7 +14,7 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
 from grammarlab.export.gltf_document import GltfDocument
-from grammarlab.export.gltf_materials import GltfMaterials, Texture
+from grammarlab.export.gltf_materials import GltfMaterials, Texture, image_file
 from grammarlab.export.model_files import GENERATOR, whole_file, write_whole
 from grammarlab.export.tiles.tile_instances import add_instances
 from grammarlab.export.tiles.tile_mesh import add_mesh
@@ -22,8 +22,9 @@ from grammarlab.export.tiles.tile_metadata import add_properties
 from grammarlab.export.tiles.tile_models import TileModels
 from grammarlab.export.tiles.tile_part import TilePart
 from grammarlab.scene.instance_bounds import scene_bounds
-from grammarlab.scene.instances import chosen, require_finite, require_proper
+from grammarlab.scene.instances import Scene, chosen, require_finite, require_proper
 from grammarlab.scene.triangles import triangles
+from grammarlab.scene.used_tables import with_used_tables
 
 Level = Literal["full", "plain", "block"]
 """Levels of detail: whole models; walls and roofs of at most 300 triangles; at most 30 triangles."""
@@ -75,6 +76,7 @@ def write_tile(
         raise UsageError("a tile: expected at least one model, found none")
     require_finite(tile.scene)
     require_proper(tile.scene)
+    tile = replace(tile, scene=_prepared(tile.scene, assets))
     low, high = tile_bounds(tile)
     # Coordinates count from the middle of the models: terrain may be high, and 32 bits are few. Viewers that look at
     # shared meshes without their instances find them inside the box as well.
@@ -96,6 +98,17 @@ def write_tile(
         document.pack(_placed(document, total.nodes, matrix), GENERATOR)
         num_bytes = output.stream.tell()
     return TileSummary(num_bytes, total.triangles, total.draws, low, high)
+
+
+def _prepared(scene: Scene, assets: Path | None) -> Scene:
+    """A scene with the materials that it uses, without names of missing textures."""
+    scene = with_used_tables(scene)
+    table = scene.materials
+    textures = tuple(
+        name if name in table.pictures or (name and assets and image_file(name, assets)) else ""
+        for name in table.textures
+    )
+    return replace(scene, materials=replace(table, textures=textures))
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from grammarlab.arrays import Flags, Ints, offsets_from_counts
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument, index_type
 from grammarlab.export.gltf_materials import GltfMaterials
 from grammarlab.export.instance_placements import placements_of
+from grammarlab.export.tiles.tile_mesh import merged_materials, num_materials
 from grammarlab.export.tiles.tile_metadata import FEATURE_IDS, feature_ids
 from grammarlab.export.tiles.tile_models import TileModels
 from grammarlab.export.tiles.tile_part import TilePart, by_first_use
@@ -28,8 +29,8 @@ from grammarlab.scene.triangles import CREASE_ANGLE, downwards
 INSTANCING, INSTANCE_FEATURES = "EXT_mesh_gpu_instancing", "EXT_instance_features"
 MIN_SAVED = 4096
 """Fewest bytes saved by instances that are worth a draw of their own; others are merged."""
-MAX_INSTANCED = 120
-"""Most draws of instances in a tile; those that save the fewest bytes are merged."""
+MAX_DRAWS = 150
+"""Most draws of a tile; meshes and materials that save the fewest bytes are merged."""
 _INSTANCE_BYTES, _VERTEX_BYTES, _TRIANGLE_BYTES = 48, 36, 6
 
 
@@ -55,7 +56,8 @@ def add_instances(document: GltfDocument, materials: GltfMaterials, tile: TileMo
     """
     scene = tile.scene
     pairs = _pairs(scene)
-    worth = _worth(pairs, scene)
+    most = max(0, MAX_DRAWS - num_materials(merged_materials(scene.materials)))
+    worth = _worth(pairs, scene, most)
     rows = np.flatnonzero(worth[pairs.pair])
     if not len(rows):
         return TilePart((), 0, 0), np.ones(len(scene), dtype=bool)
@@ -100,8 +102,8 @@ def _pairs(scene: Scene) -> _Pairs:
     return _Pairs(shaded_meshes(scene, scene.mesh[first[mesh_first]], CREASE_ANGLE), mesh, pair, pair_first)
 
 
-def _worth(pairs: _Pairs, scene: Scene) -> Flags:
-    """[P] which combinations are drawn as instances."""
+def _worth(pairs: _Pairs, scene: Scene, most: int) -> Flags:
+    """[P] which combinations are drawn as instances: the best, up to a number."""
     uses = np.bincount(pairs.pair, minlength=len(pairs.first))
     num_vertices, num_triangles = (
         np.diff(ends)[pairs.mesh[pairs.first]] for ends in (pairs.shaded.mesh_vertices, pairs.shaded.mesh_triangles)
@@ -113,7 +115,7 @@ def _worth(pairs: _Pairs, scene: Scene) -> Flags:
         # Texture coordinates follow from the place of a shape.
         has_texture = np.array([texture != "" for texture in scene.materials.textures], dtype=bool)
         worth &= ~has_texture[scene.material[pairs.first]]
-    best = np.lexsort((-saved, ~worth))[MAX_INSTANCED:]
+    best = np.lexsort((-saved, ~worth))[most:]
     worth[best] = False
     return worth
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints, take_rows
+from grammarlab.derivation.materials import Materials
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument, index_type
 from grammarlab.export.gltf_materials import GltfMaterials
 from grammarlab.export.tiles.tile_metadata import FEATURE_IDS, feature_ids
@@ -20,8 +21,33 @@ from grammarlab.scene.triangles import downwards, texture_coordinates
 MESH_FEATURES = "EXT_mesh_features"
 _LARGEST = 2**16 - 1
 """Integer that stands for 1.0 in a colour; 8 bits show steps in the dark, as colours of vertices are linear."""
-_STEPS = 10.0
-"""Steps of opacity, roughness, metal and light of merged materials: each combination is a draw."""
+_STEPS = (10.0, 4.0, 2.0, 1.0)
+"""Steps of opacity, roughness, metal and light of merged materials, each combination of which is a draw."""
+MAX_MERGED = 40
+"""Number of combinations above which steps are coarser."""
+
+
+def merged_materials(table: Materials) -> Materials:
+    """Materials of merged shapes: white if without texture, and with few different numbers.
+
+    >>> from grammarlab.derivation.materials import CHANNELS
+    >>> row = np.array(list(CHANNELS.values()))
+    >>> merged_materials(Materials(np.stack([row, row * 0.99]), ("", ""))).channels.round(1).tolist()[1]
+    [1.0, 1.0, 1.0, 1.0, 0.0, 0.8, 0.0, 0.0, 0.0]
+    """
+    plain = np.array([texture == "" for texture in table.textures], dtype=bool)
+    channels = table.channels.copy()
+    for steps in _STEPS:
+        channels[plain] = np.rint(table.channels[plain] * steps) / steps
+        channels[plain, :3] = 1.0
+        if len(np.unique(channels[plain], axis=0)) <= MAX_MERGED:
+            break
+    return replace(table, channels=channels)
+
+
+def num_materials(table: Materials) -> int:
+    """Number of different materials in a table."""
+    return len({(row.tobytes(), name) for row, name in zip(table.channels, table.textures, strict=True)})
 
 
 def add_mesh(document: GltfDocument, materials: GltfMaterials, batch: TriangleBatch, offset: Floats) -> TilePart:
@@ -41,11 +67,7 @@ def add_mesh(document: GltfDocument, materials: GltfMaterials, batch: TriangleBa
     if not len(batch.triangles):
         return TilePart((), 0, 0)
     document.use(MESH_FEATURES)
-    untextured = np.array([texture == "" for texture in batch.materials.textures], dtype=bool)
-    channels = batch.materials.channels.copy()
-    channels[untextured] = np.rint(channels[untextured] * _STEPS) / _STEPS
-    channels[untextured, :3] = 1.0
-    table = replace(batch.materials, channels=channels)
+    table = merged_materials(batch.materials)
     entries = [materials.index(table, material) for material in batch.group_material.tolist()]
     index = np.array([entry for entry, _ in entries])
     textured = np.array([needs_coordinates for _, needs_coordinates in entries])

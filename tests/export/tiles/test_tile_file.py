@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -76,12 +77,30 @@ def test_instances_are_shared_by_all_buildings(tmp_path):
 
 
 def test_draws_are_limited(tmp_path, monkeypatch):
-    monkeypatch.setattr(tile_instances, "MAX_INSTANCED", 2)
+    """Also if every shape has another roughness."""
     tile = tile_of(NUMBERS)
+    few = write_tile(tmp_path / "few.glb", tile, "full", np.eye(4))
+    monkeypatch.setattr(tile_instances, "MAX_DRAWS", 6)
     summary = write_tile(tmp_path / "tile.glb", tile, "full", np.eye(4))
-    materials = {tile.scene.materials.channels[row, 3:].tobytes() for row in range(len(tile.scene.materials))}
-    assert summary.draws <= 2 + len(materials)
-    assert len(written(tmp_path / "tile.glb")) == len(expected(tile))
+    assert summary.draws <= 6 < few.draws
+    assert summary.triangles == few.triangles == len(written(tmp_path / "tile.glb")) == len(expected(tile))
+    monkeypatch.undo()
+    num, table = len(tile.scene), tile.scene.materials
+    channels = table.channels[tile.scene.material]
+    channels[:, 3:6] = np.random.default_rng(0).uniform(0.1, 1.0, (num, 3))
+    scene = replace(
+        tile.scene, materials=replace(table, channels=channels, textures=("",) * num), material=np.arange(num)
+    )
+    assert write_tile(tmp_path / "rough.glb", replace(tile, scene=scene), "full", np.eye(4)).draws <= 150
+
+
+def test_missing_textures_leave_the_colour(tmp_path):
+    tile = tile_of(NUMBERS)
+    names = tuple("missing.png" for _ in tile.scene.materials.textures)
+    named = replace(tile, scene=replace(tile.scene, materials=replace(tile.scene.materials, textures=names)))
+    write_tile(tmp_path / "one.glb", tile, "full", np.eye(4))
+    write_tile(tmp_path / "two.glb", named, "full", np.eye(4), tmp_path)
+    assert (tmp_path / "one.glb").read_bytes() == (tmp_path / "two.glb").read_bytes()
 
 
 def test_tables_of_the_scene_do_not_matter(tmp_path):
