@@ -74,7 +74,7 @@ def test_the_evidence_of_no_design_is_the_likelihood_of_equal_chances():
 def test_the_slope_of_the_evidence_is_its_difference(zones: int):
     design, counts = problem(15, 4, zones)
     rng = np.random.default_rng(1)
-    counts = counts * rng.integers(1, 4, (15, 1))
+    counts = counts * rng.integers(1, 4, (15, 1)).astype(np.float64)
     slope = evidence_of(design, counts).slope
     for _ in range(3):
         direction = rng.normal(size=design.shape)

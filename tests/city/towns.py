@@ -60,7 +60,7 @@ def everywhere_alike(fields: ParcelFields) -> Floats:
 
 def counts(chance: Floats, seed: int, wrong: float = 0.0) -> Floats:
     """[N, 3] one answer per parcel, of which a share is any other zone."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng([seed, 1])  # other numbers than those of a town of this seed
     zone = (rng.uniform(size=(len(chance), 1)) > chance.cumsum(axis=1)).sum(axis=1)
     shift = rng.integers(1, 3, len(zone)) * (rng.uniform(size=len(zone)) < wrong)
     return np.eye(3)[(zone + shift) % 3]
@@ -68,7 +68,7 @@ def counts(chance: Floats, seed: int, wrong: float = 0.0) -> Floats:
 
 def sampled(num: int, most: int, seed: int) -> Ints:
     """Rows of parcels to ask about, at random."""
-    return np.random.default_rng(seed).permutation(num)[:most]
+    return np.random.default_rng([seed, 2]).permutation(num)[:most]
 
 
 def divergence(one: Floats, other: Floats) -> float:
