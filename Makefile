@@ -10,6 +10,8 @@
 # plausible-trees   how many trees each clause of T1 removes
 # species-pictures  the pictures of bark and leaves of the shipped species
 # tree-parameters  the pictures of every parameter of trees, and of the species
+# quarter  a quarter of a city with three zones learned from simulated persons, in out/quarter
+# quarter-pictures  the same, and its pictures for the documentation
 # screens   the pictures of the pages in a browser
 # facades  make the shipped facades and the family of one again, from their rules, and the pictures of their edits
 
@@ -25,7 +27,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures tree-parameters plausible-trees format clean chromium
+.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures tree-parameters plausible-trees quarter quarter-pictures format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -137,7 +139,7 @@ CITY    := $(BIN)/grammarlab city
 quarter: $(VENV)/.learn  # three zones learned from simulated persons, and the city
 	mkdir -p $(QUARTER)
 	for zone in offices downtown houses; do \
-		$(BIN)/grammarlab label scenarios/city/$$zone.toml -n 80 --seed 1 -o $(QUARTER)/$$zone.csv && \
+		$(BIN)/grammarlab label scenarios/city/$$zone.toml -n 96 --seed 1 -o $(QUARTER)/$$zone.csv && \
 		$(BIN)/grammarlab learn quarter --labels $(QUARTER)/$$zone.csv -o $(QUARTER)/$$zone.cga || exit 1; done
 	$(CITY) learn scenarios/city/quarter.plan.toml --answers scenarios/city/answers.csv -o $(QUARTER)/quarter.zones.json
 	$(CITY) build scenarios/city/quarter.plan.toml -o $(QUARTER)/city

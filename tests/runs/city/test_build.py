@@ -108,7 +108,7 @@ def test_a_building_that_cannot_be_derived_stops_no_other(plan: Path, tmp_path: 
 def test_an_unknown_attribute_and_a_folder_without_a_city_are_named(plan: Path, tmp_path: Path):
     text = plan.read_text()
     plan.write_text(text.replace("height = 12", "hight = 12"))
-    with pytest.raises(UsageError, match="'west'.*no attribute 'hight'.*height"):
+    with pytest.raises(UsageError, match=r"'west'.*no attribute 'hight'.*height"):
         build_city(plan, tmp_path / "city")
     with pytest.raises(UsageError, match="expected a city"):
         rebuild(tmp_path, ["1-1"])
