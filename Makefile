@@ -136,6 +136,7 @@ tree-parameters: $(VENV)/.dev
 
 QUARTER := out/quarter
 CITY    := $(BIN)/grammarlab city
+STREET  := 425,20,0
 quarter: $(VENV)/.learn  # three zones learned from simulated persons, and the city
 	mkdir -p $(QUARTER)
 	for zone in offices downtown houses; do \
@@ -145,9 +146,9 @@ quarter: $(VENV)/.learn  # three zones learned from simulated persons, and the c
 	$(CITY) build scenarios/city/quarter.plan.toml -o $(QUARTER)/city
 
 quarter-pictures: quarter
-	$(CITY) draw scenarios/city/quarter.plan.toml -o $(QUARTER)/learned.png
-	$(CITY) draw scenarios/city/unlearned.plan.toml -o $(QUARTER)/unlearned.png
-	$(CITY) draw scenarios/city/quarter.plan.toml --at $(STREET) -o $(QUARTER)/street.png
+	$(CITY) draw scenarios/city/quarter.plan.toml --size 1400x788 -o docs/images/quarter.jpg
+	$(CITY) draw scenarios/city/unlearned.plan.toml --size 1400x788 -o docs/images/quarter_unlearned.jpg
+	$(CITY) draw scenarios/city/quarter.plan.toml --size 1400x788 --at $(STREET) -o docs/images/quarter_street.jpg
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)

@@ -117,7 +117,7 @@ def learn(
 
 def draw(
     plan: PlanFile,
-    output: Annotated[Path, typer.Option("-o", "--output", help="Picture (.png).", dir_okay=False)],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Picture (.png or .jpg).", dir_okay=False)],
     at: Annotated[
         str,
         typer.Option(

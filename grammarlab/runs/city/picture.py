@@ -12,6 +12,7 @@ from PIL import Image
 
 from grammarlab.arrays import Flags, Floats
 from grammarlab.city.plan import read_plan
+from grammarlab.errors import UsageError
 from grammarlab.export.tiles.simplified_models import PLAIN_TRIANGLES, simplified
 from grammarlab.files import atomic_file
 from grammarlab.rendering.camera import Camera, View, frame
@@ -24,6 +25,8 @@ from grammarlab.runs.city.zone_rules import ZoneRules, make_buildings
 from grammarlab.scene import Scene, TriangleBatch, triangles
 from grammarlab.scene.joined import joined_materials, of_models
 
+_KINDS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG"}
+"""Formats of pictures by the suffixes of their files."""
 _FULL = 250.0
 """Metres up to which a picture from the street shows whole buildings; those farther away are walls and roofs."""
 _MOST_FULL = 600
@@ -58,13 +61,16 @@ def draw_city(plan: Path, file: Path, *, view: View | StreetView = ABOVE, size: 
 
     Args:
         plan: file of the plan.
-        file: the picture (PNG).
+        file: the picture (PNG or JPEG).
         view: where from.
         size: width and height in pixels.
 
     Raises:
         GrammarlabError: If the plan or one of its files cannot be used, or nothing is built.
     """
+    kind = _KINDS.get(file.suffix.lower())
+    if kind is None:
+        raise UsageError(f"{file}: expected the name of a picture, {' or '.join(_KINDS)}.")
     read = read_plan(plan)
     zones = tuple(ZoneRules.of(zone) for zone in read.zones)
     street_trees = None if read.street_trees is None else ZoneRules.along_streets(read.street_trees)
@@ -74,7 +80,7 @@ def draw_city(plan: Path, file: Path, *, view: View | StreetView = ABOVE, size: 
     camera = frame(batch.vertices, aspect, view) if isinstance(view, View) else _camera(view)
     picture = RaycastRenderer().render(batch, camera, options)
     with atomic_file(file) as part:
-        Image.fromarray(picture).save(part, "PNG")
+        Image.fromarray(picture).save(part, kind, quality=85)
 
 
 def _camera(view: StreetView) -> Camera:
