@@ -147,3 +147,12 @@ def test_what_is_no_rule_is_refused_in_words(annotation, message):
 
 def test_deep_nesting_is_read_without_recursion():
     assert with_annotation(f'@Acceptance("{"(" * 9_000}1{")" * 9_000}")') is not None
+
+
+def test_split_symbols_of_imported_rules_have_dots_in_their_names():
+    text = '@Acceptance("{other.Box_low/0:*} >= 1", "other.Box_low/0 other.Box *:0 1:1")\n@StartRule\nLot --> X.'
+    acceptance = Acceptance.of(Grammar.parse(text).tree)
+    assert acceptance is not None
+    ((key, split),) = acceptance.split.items()
+    assert key == ("other.Box_low", 0)
+    assert split.symbol == "other.Box"
