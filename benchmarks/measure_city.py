@@ -1,0 +1,63 @@
+"""Times, memory and sizes of a city on parcels of a grid: ``python -m benchmarks.measure_city FOLDER 10000``.
+
+A building has about 300 leaves. Each build runs in a process of its own, whose peak of memory is reported.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from pathlib import Path
+
+from grammarlab.runs.city.build import build_city
+
+WIDTH, DEPTH, ROWS, STREET = 18.0, 24.0, 2, 12.0
+"""Sides of parcels in metres, rows of parcels of a block, and the width of streets."""
+RULES = """
+attr floors = floor(rand(4, 9))
+@StartRule
+Lot --> extrude(3.2 * floors) comp(f) { street.front : Front | side : Wall. | top : roofHip(28) color("#a4553a") Roof. }
+Front --> color("#d8c8a8") split(y) { ~3.2 : Floor }*
+Floor --> split(x) { ~0.8 : Wall. | { 1.1 : Bay | ~0.8 : Wall. }* }
+Bay --> split(y) { 0.9 : Wall. | 1.5 : Window | ~1 : Wall. }
+Window --> [ color("#f0efe8") s('1, '1, 0.2) primitiveCube() Frame. ] color("#26323f") t(0, 0, -0.1) Glass.
+"""
+
+
+def write_plan(folder: Path, number: int) -> Path:
+    """A plan with so many parcels in blocks of two rows."""
+    folder.mkdir(parents=True, exist_ok=True)
+    columns = max(1, round((number * 1.3) ** 0.5))
+    features = []
+    for index in range(number):
+        row, column = divmod(index, columns)
+        west = WIDTH * column + STREET * (column // 12)
+        south = DEPTH * row + STREET * (row // ROWS)
+        ring = [(west, south), (west + WIDTH, south), (west + WIDTH, south + DEPTH), (west, south + DEPTH), (west, south)]
+        geometry = {"type": "Polygon", "coordinates": [ring]}
+        features.append({"type": "Feature", "properties": {"id": f"p{index:07d}"}, "geometry": geometry})
+    (folder / "map.geojson").write_text(json.dumps({"type": "FeatureCollection", "crs": None, "features": features}))
+    (folder / "rules.cga").write_text(RULES)
+    plan = folder / "plan.toml"
+    plan.write_text('parcels = "map.geojson"\ncrs = "local"\n[[zones]]\nname = "all"\ngrammar = "rules.cga"\n')
+    return plan
+
+
+def main(folder: Path, number: int) -> None:
+    """Build, and print what it took."""
+    plan = write_plan(folder / "plan", number)
+    start = time.process_time()
+    result = build_city(plan, folder / "city")
+    seconds = time.process_time() - start
+    files = sum(path.stat().st_size for path in (folder / "city").rglob("*") if path.is_file())
+    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(
+        f"{result.num_parcels:,} parcels, {result.num_built:,} built: {seconds:.1f} CPU s, peak {megabytes:,.0f} MB, "
+        f"files {files / 1e9:.3f} GB, {result.num_tiles:,} tiles, at most {result.most_draws} draws a tile"
+    )
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), int(sys.argv[2]))
