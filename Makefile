@@ -136,7 +136,7 @@ tree-parameters: $(VENV)/.dev
 
 QUARTER := out/quarter
 CITY    := $(BIN)/grammarlab city
-STREET  := 350,60,6
+STREET  := 400,319,84
 quarter: $(VENV)/.learn  # three zones learned from simulated persons, and the city
 	mkdir -p $(QUARTER)
 	for zone in offices downtown houses; do \
