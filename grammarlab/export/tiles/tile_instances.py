@@ -6,7 +6,7 @@ have the ids of their models (``EXT_instance_features``).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import blake2b
 from itertools import pairwise
 from typing import Any
@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Ints, offsets_from_counts
+from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument, index_type
 from grammarlab.export.gltf_materials import GltfMaterials
 from grammarlab.export.instance_placements import placements_of
 from grammarlab.export.tiles.tile_mesh import merged_materials, num_materials
 from grammarlab.export.tiles.tile_metadata import FEATURE_IDS, feature_ids
 from grammarlab.export.tiles.tile_models import TileModels
-from grammarlab.export.tiles.tile_part import TilePart, by_first_use
+from grammarlab.export.tiles.tile_part import TilePart, by_first_use, row_numbers
 from grammarlab.scene.instances import Scene, chosen
 from grammarlab.scene.shading import ShadedMeshes, shaded_meshes
 from grammarlab.scene.triangles import CREASE_ANGLE, downwards
@@ -31,6 +31,8 @@ MIN_SAVED = 4096
 """Fewest bytes saved by instances that are worth a draw of their own; others are merged."""
 MAX_DRAWS = 150
 """Most draws of a tile; meshes and materials that save the fewest bytes are merged."""
+_SAME_REPEAT = 1e-5
+"""Share of a repeat of a picture by which equal texture maps differ."""
 _INSTANCE_BYTES, _VERTEX_BYTES, _TRIANGLE_BYTES = 48, 36, 6
 
 
@@ -92,14 +94,51 @@ def add_instances(document: GltfDocument, materials: GltfMaterials, tile: TileMo
 def _pairs(scene: Scene) -> _Pairs:
     """Meshes and materials by content: the tables of a scene may have equal rows."""
     first, number = by_first_use(scene.mesh)
-    mesh_first, same = by_first_use(_numbers([_mesh_key(scene, mesh) for mesh in scene.mesh[first].tolist()]))
-    mesh = same[number]
+    _, same = by_first_use(_numbers([_mesh_key(scene, mesh) for mesh in scene.mesh[first].tolist()]))
+    projections, projection = _projections(scene)
+    mesh_first, mesh = by_first_use(same[number] * (len(projections) + 1) + projection + 1)
+    shaded = shaded_meshes(scene, scene.mesh[mesh_first], CREASE_ANGLE)
+    if len(projections):
+        shaded = replace(shaded, coordinates=_projected(shaded, projections, projection[mesh_first]))
     used, number = by_first_use(scene.material)
     table = scene.materials
     keys = [(table.channels[row].tobytes(), table.textures[row]) for row in scene.material[used].tolist()]
     material = _numbers(keys)[number]
     pair_first, pair = by_first_use(mesh * (int(material.max(initial=0)) + 1) + material)
-    return _Pairs(shaded_meshes(scene, scene.mesh[first[mesh_first]], CREASE_ANGLE), mesh, pair, pair_first)
+    return _Pairs(shaded, mesh, pair, pair_first)
+
+
+def _projections(scene: Scene) -> tuple[Floats, Ints]:
+    """Texture maps from points of meshes instead of points of models: equal shapes at different places share one.
+
+    Returns:
+        [K, 2, 4] different maps, and [I] index of the map of each instance, -1 for instances without.
+    """
+    projection = np.full(len(scene), -1, dtype=np.int64)
+    has_texture = np.array([texture != "" for texture in scene.materials.textures], dtype=bool)
+    rows = np.flatnonzero(has_texture[scene.material] & (scene.texture_map >= 0))
+    if scene.surface is not None or not len(rows):
+        return np.zeros((0, 2, 4)), projection
+    maps = scene.texture_maps[scene.texture_map[rows]]
+    local = np.empty_like(maps)
+    local[:, :, :3] = np.einsum("nij,njk->nik", maps[:, :, :3], scene.frames[scene.frame[rows]])
+    local[:, :, :3] *= scene.size[rows][:, None]
+    local[:, :, 3] = np.einsum("nij,nj->ni", maps[:, :, :3], scene.position[rows]) + maps[:, :, 3]
+    # Pictures repeat, so whole repeats do not matter.
+    local[:, :, 3] -= np.floor(local[:, :, 3] + _SAME_REPEAT)
+    keys = np.rint(local.reshape(-1, 8) / _SAME_REPEAT).astype(np.int64)
+    first, projection[rows] = by_first_use(row_numbers(keys))
+    return local[first], projection
+
+
+def _projected(shaded: ShadedMeshes, projections: Floats, projection: Ints) -> Floats:
+    """[V, 2] u and v of the vertices of meshes [M] with maps [M], v upwards; zeros for meshes without."""
+    coordinates = np.zeros((len(shaded.points), 2))
+    mesh = np.repeat(projection, np.diff(shaded.mesh_vertices))
+    rows = np.flatnonzero(mesh >= 0)
+    maps = projections[mesh[rows]]
+    coordinates[rows] = np.einsum("vij,vj->vi", maps[:, :, :3], shaded.points[rows]) + maps[:, :, 3]
+    return coordinates
 
 
 def _worth(pairs: _Pairs, scene: Scene, most: int) -> Flags:
@@ -112,9 +151,9 @@ def _worth(pairs: _Pairs, scene: Scene, most: int) -> Flags:
     saved = uses * (merged - _INSTANCE_BYTES) - merged
     worth = saved >= MIN_SAVED
     if scene.surface is None:
-        # Texture coordinates follow from the place of a shape.
+        # Without a map, texture coordinates follow from the place of a shape.
         has_texture = np.array([texture != "" for texture in scene.materials.textures], dtype=bool)
-        worth &= ~has_texture[scene.material[pairs.first]]
+        worth &= ~has_texture[scene.material[pairs.first]] | (scene.texture_map[pairs.first] >= 0)
     best = np.lexsort((-saved, ~worth))[most:]
     worth[best] = False
     return worth

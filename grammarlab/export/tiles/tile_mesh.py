@@ -13,7 +13,7 @@ from grammarlab.derivation.materials import Materials
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument, index_type
 from grammarlab.export.gltf_materials import GltfMaterials
 from grammarlab.export.tiles.tile_metadata import FEATURE_IDS, feature_ids
-from grammarlab.export.tiles.tile_part import TilePart, by_first_use
+from grammarlab.export.tiles.tile_part import TilePart, by_first_use, row_numbers
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.shading import linear_from_srgb
 from grammarlab.scene.triangles import downwards, texture_coordinates
@@ -99,7 +99,7 @@ def _primitive(
             [texture_coordinates(batch, slice(*batch.group_triangles[group : group + 2])) for group in groups.tolist()]
         ).reshape(-1, 2)
         keys = np.column_stack((corners.ravel(), coordinates.view(np.int32).astype(np.int64)))
-        first, number = by_first_use(_row_numbers(keys))
+        first, number = by_first_use(row_numbers(keys))
         rows, coordinates, corners = corners.ravel()[first], coordinates[first], number.reshape(-1, 3)
     model, material = batch.group_model[groups].repeat(counts)[rows], batch.group_material[groups].repeat(counts)[rows]
     columns: dict[str, NDArray[Any]] = {
@@ -119,15 +119,6 @@ def _primitive(
         "indices": document.add_accessor(view, indices, 0),
         "extensions": {MESH_FEATURES: feature_ids(columns[FEATURE_IDS], attribute=0)},
     }
-
-
-def _row_numbers(rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """[n] number of each row [n, 3] among the different ones."""
-    order = np.lexsort(rows.T)
-    ordered = rows[order]
-    number = np.empty(len(rows), dtype=np.int64)
-    number[order] = np.cumsum(np.append(0, (ordered[1:] != ordered[:-1]).any(axis=1)))
-    return number
 
 
 def _accessor(document: GltfDocument, name: str, values: NDArray[Any]) -> int:

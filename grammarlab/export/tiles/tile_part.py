@@ -41,3 +41,12 @@ def by_first_use(keys: NDArray[np.integer]) -> tuple[NDArray[np.intp], NDArray[n
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     return first[order], rank[number]
+
+
+def row_numbers(rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """[n] number of each row [n, k] among the different ones."""
+    order = np.lexsort(rows.T)
+    ordered = rows[order]
+    number = np.empty(len(rows), dtype=np.int64)
+    number[order] = np.cumsum(np.append(0, (ordered[1:] != ordered[:-1]).any(axis=1)))
+    return number

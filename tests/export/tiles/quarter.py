@@ -129,12 +129,14 @@ class Drawn:
     color: np.ndarray
     """[T, 3] linear."""
     draws: int
+    coordinates: np.ndarray
+    """[T, 3, 2] of textures; NaN where there are none."""
 
 
 def drawn(glb: Glb) -> Drawn:
     """Everything that a viewer draws, with instances."""
     document = glb.document
-    corners, feature, color = [], [], []
+    corners, feature, color, coordinates = [], [], [], []
 
     def visit(index: int, parent: np.ndarray) -> None:
         node = document["nodes"][index]
@@ -147,6 +149,9 @@ def drawn(glb: Glb) -> Drawn:
             tint = np.ones((len(rows), 3))
             if "COLOR_0" in attributes:
                 tint = glb.values(attributes["COLOR_0"])[rows][:, :3] / 65535
+            picture = np.full((len(rows), 2), np.nan)
+            if "TEXCOORD_0" in attributes:
+                picture = glb.values(attributes["TEXCOORD_0"]).astype(float)[rows]
             instances = node.get("extensions", {}).get("EXT_instance_features")
             if instances is not None:
                 column = node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["_FEATURE_ID_0"]
@@ -161,6 +166,7 @@ def drawn(glb: Glb) -> Drawn:
             for place in matrices:
                 corners.append((points @ place[:3, :3].T + place[:3, 3]).reshape(-1, 3, 3))
                 color.append((base * tint).reshape(-1, 3, 3)[:, 0])
+                coordinates.append(picture.reshape(-1, 3, 2))
             feature.append(ids)
         for child in node.get("children", []):
             visit(child, matrices[0])
@@ -170,7 +176,9 @@ def drawn(glb: Glb) -> Drawn:
     draws = sum(
         len(document["meshes"][node["mesh"]]["primitives"]) for node in document.get("nodes", []) if "mesh" in node
     )
-    return Drawn(np.concatenate(corners), np.concatenate(feature).astype(int), np.concatenate(color), draws)
+    columns = (np.concatenate(parts) for parts in (corners, feature, color, coordinates))
+    surface, features, colors, pictures = columns
+    return Drawn(surface, features.astype(int), colors, draws, pictures)
 
 
 def replace_features(node: dict[str, Any]) -> dict[str, Any]:

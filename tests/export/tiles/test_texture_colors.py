@@ -9,16 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.spatial import KDTree
 
+from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError
 from grammarlab.export.tiles.simplified_models import simplified
 from grammarlab.export.tiles.texture_colors import TextureColors, mean_light, with_pictures
 from grammarlab.export.tiles.tile_file import write_tile
 from grammarlab.export.tiles.tile_models import TileModels
+from grammarlab.language.grammar import Grammar
+from grammarlab.scene import realize
 from grammarlab.scene.joined import joined
 from grammarlab.scene.shading import linear_from_srgb
 from tests.export.gltf import read_glb
-from tests.export.tiles.quarter import houses, properties
+from tests.export.tiles.quarter import drawn, houses, properties
 from tests.scene.buildings import STONE
 
 
@@ -78,6 +82,35 @@ def test_tiles_share_their_textures(tmp_path):
         shared = (path.parent / image["uri"]).resolve()
         assert shared.read_bytes() == (tmp_path / "red" / "wall.png").read_bytes()
     assert len(list((tmp_path / "textures").iterdir())) == 1
+
+
+RULES = """
+Lot --> extrude(world.y, 9) comp(f) { side: Facade | top: Roof. }
+Facade --> setupProjection(0, scope.xy, 2.5, 3.5, 0.25, 0.5) split(y) { 3: Floor }*
+Floor --> split(x) { ~2: Bay }*
+Bay --> texture("wall.png") projectUV(0) Wall.
+"""
+
+
+def test_instances_show_the_same_part_of_a_picture_as_merged_shapes(tmp_path):
+    (tmp_path / "wall.png").write_bytes(png(np.full((8, 8, 3), 90)))
+    scene = realize(derive(Grammar.parse(RULES), 6, seed=1, assets=tmp_path))
+    numbers = list(range(6))
+    tile = TileModels(scene, np.array([[30.0 * number, 0.0, 0.0] for number in numbers]), properties(numbers))
+    summaries = [write_tile(tmp_path / f"{level}.glb", tile, level, np.eye(4), tmp_path) for level in ("full", "plain")]
+    assert summaries[0].bytes < summaries[1].bytes / 2
+    instanced, merged = (drawn(read_glb(tmp_path / f"{level}.glb")) for level in ("full", "plain"))
+    rows, target = (surface.corners.reshape(-1, 9) for surface in (instanced, merged))
+    distance, match = KDTree(target).query(rows)
+    assert distance.max() < 1e-4
+    difference = instanced.coordinates - merged.coordinates[match]
+    shown = np.isfinite(merged.coordinates[match]).all(axis=(1, 2))
+    np.testing.assert_array_equal(np.isfinite(instanced.coordinates).all(axis=(1, 2)), shown)
+    assert shown.sum() > 100
+    # By whole repeats of the picture, the same for all corners of a triangle.
+    repeats = np.rint(difference[shown])
+    np.testing.assert_allclose(difference[shown], repeats, atol=1e-3)
+    np.testing.assert_array_equal(repeats, repeats[:, :1].repeat(3, axis=1))
 
 
 def test_textures_outside_their_folder_are_refused(tmp_path):
