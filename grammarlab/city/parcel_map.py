@@ -45,11 +45,6 @@ class ParcelMap:
     remarks: tuple[Remark, ...] = ()
     """About the map as a whole: its coordinates, ids and repairs. What is wrong with one parcel is its reason."""
 
-    @property
-    def num_reasons(self) -> Counter[str]:
-        """Number of parcels with each reason."""
-        return Counter(reason for reason in self.parcels.reason if reason)
-
 
 def read_parcels(
     path: str | Path,

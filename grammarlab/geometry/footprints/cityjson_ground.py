@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -65,16 +65,21 @@ class _Face:
         return length > 0 and abs(float(normal[2])) >= _MIN_SLOPE * length
 
 
-@dataclass(slots=True)
 class _Reading:
-    """What has been read of a file."""
+    """What has been read of a file.
 
-    path: Path
-    kind: str | None
-    ids: list[str] = field(default_factory=list)
-    geometry: list[shapely.Geometry | None] = field(default_factory=list)
-    attributes: list[Mapping[str, Any]] = field(default_factory=list)
-    num_damaged: int = 0
+    Args:
+        path: the file.
+        kind: type of the objects that are read.
+    """
+
+    def __init__(self, path: Path, kind: str) -> None:
+        self.path = path
+        self.kind = kind
+        self.ids: list[str] = []
+        self.geometry: list[shapely.Geometry | None] = []
+        self.attributes: list[Mapping[str, Any]] = []
+        self.num_damaged = 0
 
     def add(self, objects: Mapping[str, Any], vertices: Floats) -> None:
         """Add the outermost objects of the kind."""

@@ -6,7 +6,6 @@ Cadastres of Switzerland and Germany have arcs; GEOS, which reads all other geom
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -31,12 +30,16 @@ def straightened(body: bytes) -> shapely.Geometry | None:
     return shapely.MultiPolygon(polygons) if polygons else None
 
 
-@dataclass(slots=True)
 class _Reader:
-    """A position in well-known binary."""
+    """A position in well-known binary.
 
-    body: bytes
-    position: int = 0
+    Args:
+        body: the binary.
+    """
+
+    def __init__(self, body: bytes) -> None:
+        self.body = body
+        self.position = 0
 
     def head(self) -> tuple[str, int, int]:
         """Byte order, kind and number of coordinates of the geometry that follows."""

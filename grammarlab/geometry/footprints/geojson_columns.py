@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -46,25 +45,27 @@ ID = "id"
 """Name of the attribute with the ids of features, if no property has this name."""
 
 
-@dataclass(slots=True)
 class _Reading:
-    """What has been read of a file."""
+    """What has been read of a file, in the order of its features.
 
-    path: Path
-    features: list[Feature] = field(default_factory=list)
-    ids: list[Any] = field(default_factory=list)
-    geometry: list[NDArray[np.object_]] = field(default_factory=list)
-    columns: list[Columns] = field(default_factory=list)
-    id_columns: list[Columns] = field(default_factory=list)
-    unread: set[str] = field(default_factory=set)
-    remarks: list[Remark] = field(default_factory=list)
-    num_damaged: int = 0
-    members: dict[str, Any] = field(default_factory=dict)
-    systems: dict[str, Crs] = field(default_factory=dict)
-    """Systems of features and geometries that have their own."""
-    has_plain_features: bool = False
-    """Whether some polygons have no own system."""
-    num_features: int = 0
+    Args:
+        path: the file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.num_features = 0
+        self.geometry: list[NDArray[np.object_]] = []
+        self.columns: list[Columns] = []
+        self.id_columns: list[Columns] = []
+        self.unread: set[str] = set()
+        self.remarks: list[Remark] = []
+        self.num_damaged = 0
+        self.members: dict[str, Any] = {}
+        self.systems: dict[str, Crs] = {}  # of features and geometries that have their own
+        self.has_plain_features = False  # some polygons have no own system
+        self._features: list[Feature] = []
+        self._ids: list[Any] = []
 
     def add(self, value: Any) -> None:
         """Add a feature, or a bare geometry."""
@@ -72,28 +73,28 @@ class _Reading:
         if self.num_features > MAX_FEATURES:
             raise AssetError(f"{self.path}: expected at most {MAX_FEATURES:,} features. Cut out a smaller area.")
         name = f"{well_formed(self.path.name)}, feature {self.num_features - 1}"
-        self.features.append(feature_of(value, name, ABSENT))
-        self.ids.append(value.get("id") if isinstance(value, dict) else None)
-        if len(self.features) == _CHUNK:
+        self._features.append(feature_of(value, name, ABSENT))
+        self._ids.append(value.get("id") if isinstance(value, dict) else None)
+        if len(self._features) == _CHUNK:
             self.convert()
 
     def convert(self) -> None:
         """Turn the features that are waiting into columns."""
-        records = [one.properties if isinstance(one.properties, dict) else {} for one in self.features]
+        records = [one.properties if isinstance(one.properties, dict) else {} for one in self._features]
         columns, unread = columns_of(records)
         self.columns.append(columns)
         self.unread |= unread
-        self.id_columns.append(columns_of([{ID: one} for one in self.ids])[0])
-        self.geometry.append(_geometries(self.features))
-        for feature in self.features:
+        self.id_columns.append(columns_of([{ID: one} for one in self._ids])[0])
+        self.geometry.append(_geometries(self._features))
+        for feature in self._features:
             if isinstance(feature.geometry, dict):
                 member = feature.geometry.get("crs", feature.crs)
                 if member is ABSENT:
                     self.has_plain_features = True
                 else:
                     note_crs(self.systems, member, feature.name, self.path)
-        self.features.clear()
-        self.ids.clear()
+        self._features.clear()
+        self._ids.clear()
 
     def damaged(self, damage: Damage) -> None:
         """Note a line that is not JSON."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -79,18 +79,22 @@ def json_parts(path: Path, file: BinaryIO, list_name: str) -> Iterator[Part]:
     return _document(text, list_name)
 
 
-@dataclass(slots=True)
 class _Text:
-    """The text of a file around a position."""
+    """The text of a file around a position.
 
-    path: Path
-    file: BinaryIO
-    content: str = ""
-    position: int = 0
-    is_complete: bool = False
-    """Whether the content goes to the end of the file."""
-    decoder: codecs.IncrementalDecoder | None = None
-    scanner: json.JSONDecoder = field(default_factory=json.JSONDecoder)
+    Args:
+        path: name of the file, for messages.
+        file: the file, read from its start.
+    """
+
+    def __init__(self, path: Path, file: BinaryIO) -> None:
+        self.path = path
+        self.content = ""
+        self.position = 0
+        self._file = file
+        self._is_complete = False  # whether the content goes to the end of the file
+        self._decoder: codecs.IncrementalDecoder | None = None
+        self._scanner = json.JSONDecoder()
 
     def read(self) -> bool:
         """Read on, and drop what is before the position; False at the end of the file.
@@ -98,18 +102,18 @@ class _Text:
         Raises:
             AssetError: If what is behind the position is too long, or the file is not text.
         """
-        if self.is_complete:
+        if self._is_complete:
             return False
         self.content, self.position = self.content[self.position :], 0
         if len(self.content) > _MAX_VALUE:
             raise AssetError(f"{self.path}: expected values of at most {_MAX_VALUE:,} characters.")
         # As much again as there is, so that a long value is parsed in vain only a few times.
-        block = self.file.read(max(_BLOCK_BYTES, len(self.content)))
-        self.is_complete = not block
-        if self.decoder is None:
-            self.decoder = codecs.getincrementaldecoder("utf-16" if block[:2] in _UTF_16 else "utf-8-sig")()
+        block = self._file.read(max(_BLOCK_BYTES, len(self.content)))
+        self._is_complete = not block
+        if self._decoder is None:
+            self._decoder = codecs.getincrementaldecoder("utf-16" if block[:2] in _UTF_16 else "utf-8-sig")()
         try:
-            self.content += self.decoder.decode(block, final=self.is_complete)
+            self.content += self._decoder.decode(block, final=self._is_complete)
         except UnicodeDecodeError as error:
             raise AssetError(f"{self.path}: expected text in UTF-8 or UTF-16 ({error.reason}).") from error
         return True
@@ -146,7 +150,7 @@ class _Text:
         self.next_character()
         while True:
             try:
-                value, end = self.scanner.raw_decode(self.content, self.position)
+                value, end = self._scanner.raw_decode(self.content, self.position)
             except (ValueError, RecursionError) as error:
                 if isinstance(error, RecursionError) or not self.read():
                     raise self.broken(_reason(error)) from error
