@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -70,6 +70,10 @@ class Directions:
     def has_centre(self) -> bool:
         """Whether streets meet at the centre, where there is no direction."""
         return self.kind != "grid"
+
+    def as_grid(self) -> Directions:
+        """The grid of the field everywhere."""
+        return replace(self, kind="grid", outline=None)
 
     def at(self, x: float, y: float) -> float:
         """Radians from the east to one of the two directions at a point."""

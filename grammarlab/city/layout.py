@@ -34,8 +34,9 @@ from grammarlab.randomness import Keys, fold, root_keys, uniforms
 
 _BLOCK_LANE, _USE_LANE = 0, 1
 """Words below the key of a block: of its parcels, and of its use."""
-_SIMPLER = 0.1
-"""Tolerance: distance by which the outline is simplified, as a share of the width of the street along it."""
+_SIMPLER, _LEAST_SIMPLER, _MOST_SIMPLER = 0.25, 0.05, 4.0
+"""Tolerance: distance by which the outline is simplified, as a share of the width of the street along it, half of which
+is inside; and its limits in metres."""
 _PLACE_RADIUS = 1.25
 """Prior: radius of the open place at the centre of a radial field, in widths of the widest street."""
 _LEAST_BREADTH = 10.0
@@ -102,7 +103,7 @@ def laid_out(request: LayoutRequest) -> Layout:
 def _parts(request: LayoutRequest) -> list[shapely.Polygon]:
     """The parts of the outline, simplified, by place."""
     street = request.outline_street
-    outline = shapely.simplify(request.outline, min(max(_SIMPLER * street, 0.05), 1.0))
+    outline = shapely.simplify(request.outline, min(max(_SIMPLER * street, _LEAST_SIMPLER), _MOST_SIMPLER))
     parts = [part for part in shapely.get_parts(outline) if part.area >= _LEAST_PART]
     return sorted(parts, key=lambda part: part.bounds)
 

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from grammarlab.arrays import Flags, Floats
 from grammarlab.city.direction_field import Directions
@@ -46,6 +47,10 @@ _MIN_CROSSING = 0.64
 """Tolerance: sine of the smallest angle between streets, 40 degrees."""
 _SNAP = 28.0
 """Prior: metres, about the depth of a parcel; ends of streets nearer to a crossing or corner are moved onto it."""
+_FILLED = 1e-5
+"""Tolerance: difference of the areas of a region and of its parts, by the area; ends of streets are rounded."""
+_MOST_STREET = 0.4
+"""Tolerance: largest estimate of the share of a region that is streets; a rough outline is long."""
 _CORNER = 0.5
 """Tolerance: turns of a ring that are larger than this angle in radians are corners."""
 _ON_RING = 0.01
@@ -191,7 +196,7 @@ def _is_block(region: Region, directions: Directions, rules: SplitRules, draw: f
     one is a block with a chance that grows as it gets smaller, so that blocks have all areas between.
     """
     least, most = rules.block_area
-    net = _net_area(region.ring, rules.widths[-1])
+    net = _net_area(region.ring)
     divisible = 2.0 * (1.0 + rules.variation) * least + rules.widths[-1] * least**0.5
     if net < divisible:
         return net <= most * 2.0**0.5 or net < 2.0 * least
@@ -211,10 +216,11 @@ def _extents(corners: Floats, directions: Directions) -> tuple[float, float]:
     return float(np.ptp(first)), float(np.ptp(second))
 
 
-def _net_area(ring: Ring, width: float) -> float:
-    """Estimated area of a region without the streets on its edges and one more across it."""
+def _net_area(ring: Ring) -> float:
+    """Estimated area of a region without the streets on its edges."""
     along = following(ring.corners) - ring.corners
-    return ring.area - float((np.linalg.norm(along, axis=1) * ring.width).sum()) / 2
+    streets = float((np.hypot(*along.T) * ring.width).sum()) / 2
+    return ring.area - min(streets, _MOST_STREET * ring.area)
 
 
 def _width(region: Region, rules: SplitRules) -> float:
@@ -243,20 +249,28 @@ def _cuts(
     joints = crossings.on(corners)
     inside = _inner_point(corners)
     angle = directions.at(*inside.tolist())
-    axes = [np.array([np.cos(turned), np.sin(turned)]) for turned in (angle, angle + np.pi / 2)]
+    axes = _axes(angle)
     if not _splits_first(ring, float(np.ptp(corners @ axes[0])), float(np.ptp(corners @ axes[1])), rules):
         axes.reverse()
     targets = np.concatenate([joints, corners[_is_corner(corners)]])
-    for axis in axes:
+    ways = [(directions, axis) for axis in axes]
+    if not directions.is_straight:  # where no line along the field divides the region, such as circles in a comb
+        ways += [(directions.as_grid(), axis) for axis in _axes(directions.angle)]
+    for field, axis in ways:
         profile = _Profile.of(corners, axis)
         across = float(np.arctan2(axis[0], -axis[1]))
-        for chord in _chords(corners, directions, profile, joints, place, across):
+        for chord in _chords(corners, field, profile, joints, place, across):
             snapped = _snapped(corners, chord, targets)
             parts = divided(ring, snapped, width)
             if min(part.area for part in parts) <= 0 or min(len(part.corners) for part in parts) < 3:
                 continue
             low, high = sorted(parts, key=lambda part: float(part.corners.mean(axis=0) @ axis))
             yield _Cut(ring, snapped, (low, high))
+
+
+def _axes(angle: float) -> list[Floats]:
+    """Both unit vectors of a cross at an angle in radians."""
+    return [np.array([np.cos(turned), np.sin(turned)]) for turned in (angle, angle + np.pi / 2)]
 
 
 def _splits_first(ring: Ring, first: float, second: float, rules: SplitRules) -> bool:
@@ -267,7 +281,7 @@ def _splits_first(ring: Ring, first: float, second: float, rules: SplitRules) ->
     """
     street = rules.widths[-1]
     block = (rules.block_area[0] * rules.block_area[1]) ** 0.5
-    halvings = round(np.log2(max(_net_area(ring, street) / block, 1.0)))
+    halvings = round(np.log2(max(_net_area(ring) / block, 1.0)))
     if halvings > _PLANNED_HALVINGS:
         return first >= second
     halvings = max(halvings, 1)
@@ -397,7 +411,7 @@ def _badness(cut: _Cut, rules: SplitRules) -> float:
     share = min(areas) / max(sum(areas), 1e-9)
     compactness = min(4 * np.pi * part.area / part.length**2 for part in cut.parts)
     crossing = min(_crossing_sine(cut.ring.corners, cut.chord, end) for end in (0, 1))
-    net = min(_net_area(part, rules.widths[-1]) for part in cut.parts)
+    net = min(_net_area(part) for part in cut.parts)
     if net < 0.5 * rules.block_area[0] or share < 0.1 or crossing < 0.25 or not _is_simple(cut):
         return 1.0
     faults = (
@@ -428,27 +442,9 @@ def _crossing_sine(corners: Floats, chord: Chord, end: int) -> float:
 
 
 def _is_simple(cut: _Cut) -> bool:
-    """Whether a chord touches its ring with its ends only; a bent chord may not."""
-    points = cut.chord.points
-    start, end = points[:-1], points[1:]
-    corners = cut.ring.corners
-    ahead = following(corners)
-    crossing = _crosses(start, end, corners, ahead)
-    crossing[0, cut.chord.edges[0]] = crossing[-1, cut.chord.edges[1]] = False
-    near = [np.linalg.norm(corners - point, axis=1) <= _ON_RING for point in points[[0, -1]]]
-    for row, touches in zip((0, -1), near, strict=True):  # an end on a corner touches two edges
-        crossing[row, touches] = crossing[row, np.roll(touches, -1)] = False
-    return not crossing.any()
-
-
-def _crosses(start: Floats, end: Floats, first: Floats, last: Floats) -> Flags:
-    """[k, n] flags of segments [k, 2] that cross segments [n, 2]."""
-
-    def side(origin: Floats, target: Floats, points: Floats) -> Floats:
-        along, offset = target - origin, points - origin
-        return along[..., 0] * offset[..., 1] - along[..., 1] * offset[..., 0]
-
-    start, end, first, last = start[:, None], end[:, None], first[None], last[None]
-    return (side(start, end, first) * side(start, end, last) <= 0) & (
-        side(first, last, start) * side(first, last, end) <= 0
+    """Whether both parts are simple polygons that fill the ring; a bent chord may cross it or itself."""
+    shapes = [shapely.Polygon(part.corners) for part in cut.parts]
+    whole = cut.ring.area
+    return (
+        all(shape.is_valid for shape in shapes) and abs(sum(shape.area for shape in shapes) - whole) <= _FILLED * whole
     )

@@ -17,6 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
@@ -155,10 +156,12 @@ def _cut(nodes: _Nodes, corners: Floats) -> tuple[_Nodes, _Nodes, Floats]:
     pending, final = nodes.take(np.flatnonzero(is_open)), nodes.take(np.flatnonzero(~is_open))
     if not len(pending.plots):
         return final, pending, corners
-    cuts = _best_cuts(pending)
+    cuts = snapped(pending.plots, _best_cuts(pending), corners)
+    # Beside an arc, a cut whose end has moved may cross it.
+    is_simple = np.all([shapely.is_valid(part.outline) for part in parts_of(pending.plots, cuts)], axis=0)
+    cuts = cuts.take(np.flatnonzero(is_simple))
     is_cut = np.zeros(len(pending.plots), dtype=np.bool_)
     is_cut[cuts.row] = True
-    cuts = snapped(pending.plots, cuts, corners)
     parents = pending.take(cuts.row)
     parts = [
         _Nodes(

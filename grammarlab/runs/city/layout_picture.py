@@ -58,7 +58,7 @@ def write_layout(plan: Path, parcels: Path, *, streets: Path | None = None, pict
 
 def draw_layout(layout: Layout) -> NDArray[np.uint8]:
     """Picture [height, width, 3] of a layout."""
-    streets = shapely.buffer(layout.streets.line, layout.streets.width / 2)
+    streets = shapely.buffer(layout.streets.line, layout.streets.width / 2, cap_style="flat")
     low_x, low_y, high_x, high_y = shapely.total_bounds(np.concatenate([layout.blocks.outline, streets])).tolist()
     scale = _SCALE * _LONG_SIDE / max(high_x - low_x, high_y - low_y)
     margin = _SCALE * _MARGIN
