@@ -13,8 +13,8 @@ from grammarlab.geometry.meshes.ragged import next_in_row
 
 _ABOVE_PLINTH = 1.3
 """Height in metres of the lowest section above the bottom of the building."""
-_SHARES = (1 / 3, 0.6)
-"""Heights of the other sections as shares of the height of the building: floors may stand out."""
+_SHARE = 0.6
+"""Height of the other section as a share of the height of the building: floors may stand out."""
 _DETAIL = 1.0
 """Half of the largest width in metres of gaps that are closed and of parts that are removed: windows, bays, piers."""
 _GAP = 0.02
@@ -39,12 +39,11 @@ def ground_outline(faces: CityFaces, footprint: shapely.Polygon, ground: float) 
     """
     height = faces.points[:, 2].max(initial=0) / MILLIMETRES - ground
     upright = faces.select(np.abs(faces.normal[:, 2]) < STEEP)  # eaves stand out
-    higher = [share * height for share in _SHARES if share * height > _ABOVE_PLINTH]
-    sections = [_section(faces, ground + _ABOVE_PLINTH), *(_section(upright, ground + level) for level in higher)]
+    sections = [_section(faces, ground + _ABOVE_PLINTH), _section(upright, ground + _SHARE * height)]
     walls = _overlapping(np.concatenate(sections))
     lines = shapely.union_all(shapely.linestrings(walls), grid_size=_SNAP)
     cells = shapely.get_parts(shapely.polygonize([lines]))
-    largest = _largest_part(_plain(shapely.union_all(cells[~_is_open(cells, faces, ground)])))
+    largest = _largest_part(_plain(shapely.coverage_union_all(cells[~_is_open(cells, faces, ground)])))
     if largest is None or not _has_most(largest, walls):
         return footprint
     is_same = shapely.symmetric_difference(largest, footprint).area <= _SAME * footprint.area

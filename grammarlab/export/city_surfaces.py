@@ -78,13 +78,13 @@ def solid(points: Ints, surfaces: Sequence[Surface], kind: Sequence[int]) -> Cit
         surfaces: [F] the surfaces.
         kind: [F] `GROUND`, `WALL` or `ROOF`.
     """
-    kinds = (GROUND, WALL, ROOF)
+    number = {GROUND: 0, WALL: 1, ROOF: 2}
     return CityGeometry(
         shape="Solid",
         points=points,
         surfaces=surfaces,
-        kinds=[SurfaceKind(each) for each in kinds],
-        kind=[kinds.index(each) for each in kind],
+        kinds=[SurfaceKind(name) for name in number],
+        kind=[number[name] for name in kind],
     )
 
 
