@@ -104,16 +104,17 @@ def metric_system(definition: str, centres: Floats) -> MetricSystem:
         middle = np.array([ground.longitude, ground.latitude]) / np.degrees(unit)
     else:
         middle = np.median(centres, axis=0)
-    _check_axes(system, middle, name)
+    outside = "" if _is_in_area(system, middle, name) else f"the middle of the map is not in the area of {label(name)}"
     if system.is_projected and _has_usual_axes(system):
         scaled = system if unit == 1.0 else _in_metres(system)
         if _is_true(scaled, _degrees_of(system, middle)):
             note = "" if unit == 1.0 else f"{label(name)} counts in {system.axis_info[0].unit_name}: they become metres"
+            note = "; ".join(filter(None, (note, outside)))
             return MetricSystem(name, _name_of(scaled), unit, unit_of_heights or unit, note)
     target = _universal(_degrees_of(system, middle))
     fault = "counts in degrees" if system.is_geographic else "is not in true metres"
     note = f"{label(name)} {fault}: the coordinates become metres of {target}"
-    return MetricSystem(name, target, None, unit_of_heights or 1.0, note)
+    return MetricSystem(name, target, None, unit_of_heights or 1.0, "; ".join(filter(None, (note, outside))))
 
 
 def horizontal(definition: str) -> str:
@@ -288,11 +289,15 @@ def _check_latitudes(degrees: Floats, name: str) -> None:
         )
 
 
-def _check_axes(system: CRS, middle: Floats, name: str) -> None:
-    """Refuse a middle [2] that is in the area of a system only if x and y are swapped."""
+def _is_in_area(system: CRS, middle: Floats, name: str) -> bool:
+    """Whether a middle [2] is in the area of a system, if that is known.
+
+    Raises:
+        AssetError: If it is there only if x and y are swapped.
+    """
     area = system.area_of_use
     if area is None:
-        return
+        return True
 
     def is_inside(point: Floats) -> bool:
         longitude, latitude = _degrees_of(system, point).tolist()
@@ -300,8 +305,11 @@ def _check_axes(system: CRS, middle: Floats, name: str) -> None:
         return is_east and area.south <= latitude <= area.north
 
     with np.errstate(invalid="ignore"):
-        if not is_inside(middle) and is_inside(middle[::-1]):
+        if is_inside(middle):
+            return True
+        if is_inside(middle[::-1]):
             raise _swapped(middle, name)
+    return False
 
 
 def _swapped(middle: Floats, name: str) -> AssetError:

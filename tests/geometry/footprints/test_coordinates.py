@@ -110,6 +110,11 @@ def test_any_name_is_known_or_refused(name):
     assert np.isfinite(system.metres(np.array([[7.0, 50.0]]))).all()
 
 
+def test_places_outside_the_area_of_a_system_are_said():
+    assert "not in the area of EPSG:27700" in metric_system("EPSG:27700", np.array([[480_000.0, 4_765_000.0]])).note
+    assert metric_system("EPSG:27700", np.array([PLACES["EPSG:27700"]])).note == ""
+
+
 def test_medians_tell_wrong_units():
     check_sizes(np.array([1.0, 300.0, 1e9]), "EPSG:25832")
     check_sizes(np.array([4e6]), "EPSG:25832")  # the outline of a city
