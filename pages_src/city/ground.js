@@ -20,6 +20,8 @@ const LIFT = 0.03;
 /** Colours of zones, distinguishable for everyone. */
 export const ZONE_COLOURS = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#cc79a7", "#d55e00", "#0072b2", "#999999"];
 
+/** Metres above the ground that a picture of the whole city shows. */
+const HEIGHT = 40;
 /** Metres around a parcel in which its street is looked for, and directions. */
 const REACH = 80;
 const TURNS = 48;
@@ -75,6 +77,8 @@ export function makeGround(stage, ground) {
 
   return {
     ids,
+    /** The box of all parcels, with room for buildings; null without parcels. */
+    bounds: places.length ? boundsOf(corners) : null,
     /** @param {string} id */
     has: (id) => rows.has(id),
     /** @param {string} id @returns {Place | undefined} */
@@ -201,6 +205,13 @@ function placeOf({ offsets, corners }, row) {
   const { x, z } = box.getCenter(new Vector3());
   const size = box.getSize(new Vector3());
   return { x, z, ground: (box.min.y + box.max.y) / 2, radius: Math.hypot(size.x, size.z) / 2 };
+}
+
+/** @param {Float32Array} corners */
+function boundsOf(corners) {
+  const box = new Box3().setFromArray(corners);
+  box.max.y += HEIGHT;
+  return box;
 }
 
 /** Whether an outline has a point inside. @param {Float32Array} corners @param {number} first @param {number} last @param {number} x @param {number} z */

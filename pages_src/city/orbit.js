@@ -6,9 +6,9 @@ const BEGIN = new Vector3(0.12, 0.48, 1);
 const BEGIN_HIGH = new Vector3(0.12, 1.1, 1);
 /** Seconds of a flight. */
 const FLIGHT = 0.6;
-/** How near one flies to a building, and how steeply one looks at it. */
+/** How near one flies to a building, and how steeply one may look at it. */
 const CLOSE = 1.15;
-const ABOVE = 0.55;
+const SLOPES = [0.55, 0.9, 1.4, 2.2, 4];
 /** Share of the picture that the whole city takes. */
 const MARGIN = 0.96;
 /** Metres of the camera above the point that is looked at. */
@@ -98,17 +98,19 @@ export function makeOrbit(stage, canvas) {
       fly(toward.multiplyScalar(distance).add(target), target, atOnce);
     },
     /**
-     * One building, seen from the street.
+     * One building, seen from the side of its street, from so high that nothing hides it.
      * @param {import("three").Box3} box
      * @param {{ x: number, z: number }} street where a person sees it
+     * @param {(from: Vector3) => boolean} isFree whether the building is seen from a point
      */
-    visit(box, street) {
+    visit(box, street, isFree) {
       const target = box.getCenter(new Vector3());
-      const radius = box.getSize(new Vector3()).length() / 2;
+      const distance = (CLOSE * box.getSize(new Vector3()).length()) / 2 / Math.sin((camera.fov * Math.PI) / 360);
       const away = new Vector3(street.x - target.x, 0, street.z - target.z);
       if (!away.lengthSq()) away.set(0, 0, 1);
-      away.normalize().setY(ABOVE);
-      fly(away.setLength((CLOSE * radius) / Math.sin((camera.fov * Math.PI) / 360)).add(target), target);
+      away.normalize();
+      const points = SLOPES.map((slope) => away.clone().setY(slope).setLength(distance).add(target));
+      fly(points.find(isFree) ?? points[points.length - 1], target);
     },
     /** Stands back from a point that one looked at while walking. @param {Vector3} point */
     riseFrom(point) {

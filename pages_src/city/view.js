@@ -32,7 +32,8 @@ export function makeView(canvas, tell) {
   /** @type {(id: string) => number[]} */
   let outlineOf = () => [];
   let marked = "";
-  let isFramed = false;
+  /** Whether a person has looked elsewhere than at first. */
+  let isMoved = false;
   /** @type {Vector2 | null} where a click may have begun */
   let pressed = null;
   tiles.open();
@@ -45,16 +46,16 @@ export function makeView(canvas, tell) {
   }
 
   function ready() {
-    const box = tiles.bounds();
-    if (isFramed || !box) return;
-    isFramed = true;
-    orbit.frame(box, true);
+    const box = bounds();
+    if (box && !isMoved) orbit.frame(box, true);
   }
 
   function loaded() {
     marks.refresh();
   }
 
+  for (const kind of ["pointerdown", "wheel", "keydown"])
+    canvas.addEventListener(kind, () => void (isMoved = true), { passive: true });
   canvas.addEventListener("pointerdown", (event) => {
     canvas.focus({ preventScroll: true });
     canvas.dataset.by = "pointer";
@@ -84,6 +85,17 @@ export function makeView(canvas, tell) {
     const distance = (height - origin.y) / direction.y;
     return distance > 0 ? direction.clone().multiplyScalar(distance).add(origin) : undefined;
   }
+
+  /** Whether the marked building is seen from a point. @param {Box3} box @param {Vector3} from */
+  function isSeen(box, from) {
+    if (!tiles.group) return true;
+    const top = box.getCenter(new Vector3()).setY(box.max.y);
+    const ray = new Raycaster(top, from.clone().sub(top).normalize(), 0.1, top.distanceTo(from));
+    return ray.intersectObject(tiles.group, true).every((hit) => buildingOf(hit) === marked);
+  }
+
+  /** The whole city; its parcels have closer bounds than tiles, which may be cells of a large square. */
+  const bounds = () => ground?.bounds ?? tiles.bounds();
 
   /** @param {string} id */
   function mark(id) {
@@ -117,6 +129,7 @@ export function makeView(canvas, tell) {
         return [...outline, ...outline.slice(0, 3)].map((value, axis) => (axis % 3 === 1 ? value + 0.15 : value));
       };
       ground = makeGround(stage, values);
+      ready();
       if (marked) mark(marked);
       stage.draw();
     },
@@ -128,6 +141,7 @@ export function makeView(canvas, tell) {
     neighbour: (id, step) => ground?.neighbour(id, step),
     /** Goes to the marked parcel. */
     visit() {
+      isMoved = true;
       const place = ground?.placeOf(marked);
       if (!place || !ground) return;
       const { x, z, ground: height, radius } = place;
@@ -137,10 +151,11 @@ export function makeView(canvas, tell) {
         new Vector3(x - radius, height, z - radius),
         new Vector3(x + radius, height + 5, z + radius),
       );
-      orbit.visit(marks.bounds() ?? flat, street);
+      const box = marks.bounds() ?? flat;
+      orbit.visit(box, street, (from) => isSeen(box, from));
     },
     showAll() {
-      const box = tiles.bounds();
+      const box = bounds();
       if (box) orbit.frame(box);
     },
     /** Between the view from above and the street, in front of the marked building if there is one. */
