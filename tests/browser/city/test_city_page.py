@@ -16,6 +16,8 @@ from tests.browser.scoring.test_page import contrast
 from tests.pages.city.small_city import write_city
 from tests.pages.city.test_city_viewer import REBUILD
 
+SMALL = (800, 560)
+"""Pixels of windows: without a graphics card every pixel takes time."""
 PHONE = {"size": (390, 844), "has_touch": True, "is_mobile": True}
 
 
@@ -26,7 +28,7 @@ def opened(windows: Any, tmp_path: Path) -> Iterator[Callable[..., Page]]:
     thread = PageThread(CityViewer(tmp_path / "city", rebuild=REBUILD), page_of(tmp_path / "city"))
 
     def open_page(**options: Any) -> Page:
-        page = windows(thread.address, **options)
+        page = windows(thread.address, **{"size": SMALL, **options})
         expect(page.locator("canvas")).to_be_visible()
         loaded(page)
         return page
