@@ -46,19 +46,22 @@ def write_city(
     if not shards:
         raise UsageError("tiles: expected at least one shard, found none")
     writer = TileWriter(folder, grid, placement, TileCell(0, 0, 0))
-    branches: dict[TileCell, Branch] = {}
-    num_tiles = 0
-    for shard in shards:
-        node, summary = read_shard(folder, shard)
-        blocks = read_blocks(folder / shard_folder(shard) / "blocks.npz")
-        branches[shard] = Branch(node, blocks, summary.num_models)
-        num_tiles += summary.num_tiles
-    for _ in range(grid.shard_level):
-        above: dict[TileCell, list[Branch]] = {}
-        for cell in sorted(branches, key=lambda cell: (cell.y, cell.x)):
-            above.setdefault(cell.parent, []).append(branches[cell])
-        branches = {cell: write_above(writer, grid, cell, parts) for cell, parts in above.items()}
-    (root,) = branches.values()
+    root = _branch(folder, grid, writer, TileCell(0, 0, 0), shards)
     write = write_implicit if implicit else write_explicit
     write(folder / name, grid, root.node, placement.root_transform())
-    return num_tiles + writer.summary(root.num_models).num_tiles
+    return sum(node.has_content for node in root.node.walk())
+
+
+def _branch(folder: Path, grid: TileGrid, writer: TileWriter, cell: TileCell, shards: Sequence[TileCell]) -> Branch:
+    """Write the tiles of a cell above shards, with the models of a few shards in memory at a time."""
+    if cell.level == grid.shard_level:
+        node, summary = read_shard(folder, cell)
+        return Branch(node, read_blocks(folder / shard_folder(cell) / "blocks.npz"), summary.num_models)
+    depth = grid.shard_level - cell.level - 1
+    below: dict[tuple[int, int], list[TileCell]] = {}
+    for shard in shards:
+        below.setdefault((shard.y >> depth, shard.x >> depth), []).append(shard)
+    branches = [
+        _branch(folder, grid, writer, TileCell(cell.level + 1, x, y), parts) for (y, x), parts in sorted(below.items())
+    ]
+    return write_above(writer, grid, cell, branches)

@@ -21,10 +21,13 @@ from grammarlab.export.tiles.tile_file import Level, TileSummary, write_tile
 from grammarlab.export.tiles.tile_grid import SUBTREE_LEVELS, TileCell, TileGrid
 from grammarlab.export.tiles.tile_models import TileModels, joined_tiles
 from grammarlab.export.tiles.tile_tree import TileNode, box_in_root, content_path
+from grammarlab.files import read_bounded
 from grammarlab.scene.instance_bounds import scene_bounds
 from grammarlab.scene.triangles import count_triangles
 from grammarlab.scene.used_tables import with_used_tables
 
+_MAX_RECORD = 1 << 22
+"""Largest size of the record of a shard in bytes: 341 tiles have about 100 kB."""
 TEXTURES = "textures"
 """Folder of the textures of all tiles below the folder of the city."""
 MOST_BLOCK_TRIANGLES = 20_000
@@ -87,7 +90,7 @@ def read_shard(folder: Path, shard: TileCell) -> tuple[TileNode, ShardSummary]:
     Raises:
         FileNotFoundError: If the shard is not complete.
     """
-    record = json.loads((folder / shard_folder(shard) / "shard.json").read_bytes())
+    record = json.loads(read_bounded(folder / shard_folder(shard) / "shard.json", _MAX_RECORD))
     return _node(record["tree"]), ShardSummary(shard, *record["summary"])
 
 
