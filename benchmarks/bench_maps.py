@@ -44,8 +44,8 @@ def write(path: Path) -> Path:
         path.write_text('{"type": "FeatureCollection", "features": [' + ",\n".join(map(json.dumps, lines)) + "]}")
         return path
     table = pa.table({"id": ids, "floors": [3] * len(ids), "geometry": pa.array(shapely.to_wkb(shapes), pa.binary())})
-    options = {"geometry_name": "geometry", "geometry_type": "Polygon", "crs": "EPSG:4326"}
-    write_arrow(table, path, driver={".gpkg": "GPKG", ".shp": "ESRI Shapefile"}[path.suffix], **options)
+    driver = {".gpkg": "GPKG", ".shp": "ESRI Shapefile"}[path.suffix]
+    write_arrow(table, path, driver=driver, geometry_name="geometry", geometry_type="Polygon", crs="EPSG:4326")
     return path
 
 

@@ -29,6 +29,7 @@ are not among them: they change when a map is exported."""
 _MAX_CHARACTERS = 200
 """Longest id; longer texts are something else."""
 _WHOLE = re.compile(r"(-?[0-9]+)\.0+")
+_PART = re.compile(r"(.*)#[0-9]+", re.DOTALL)
 _HASH_DIGITS = 16
 """Hexadecimal digits of a hash: two of a million outlines share one with a chance of 3e-8."""
 _MOST_NAMES = 5
@@ -83,7 +84,7 @@ def identities(attributes: pa.Table, keys: Sequence[bytes], field: str | None, n
         )
     ids = _texts(attributes, field) if field is not None else [""] * len(keys)
     counts = Counter(ids)
-    rows = [row for row, text in enumerate(ids) if text == "" or counts[text] > 1]
+    rows = [row for row, text in enumerate(ids) if text == "" or counts[text] > 1 or _is_part(text, counts)]
     for row, text in zip(rows, _hashes(rows, keys, attributes), strict=True):
         ids[row] = text
     array = np.empty(len(ids), dtype=object)
@@ -108,6 +109,12 @@ def part_ids(ids: NDArray[np.object_], num_parts: NDArray[np.int64]) -> NDArray[
 
 def _texts(attributes: pa.Table, field: str) -> list[str]:
     return [canonical_id(value) for value in flat_objects(attributes.column(field))]
+
+
+def _is_part(text: str, ids: Counter[str]) -> bool:
+    """Whether an id is that of a part of a parcel with another id."""
+    match = _PART.fullmatch(text)
+    return match is not None and match[1] in ids
 
 
 def _usual_field(attributes: pa.Table, num_features: int) -> str | None:

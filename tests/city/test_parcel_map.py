@@ -178,6 +178,15 @@ def test_parts_are_numbered_by_their_places(tmp_path):
     assert parcels.attributes.column("floors").to_pylist() == [3, 3, 4]
 
 
+def test_an_id_is_not_that_of_a_part(tmp_path):
+    rings = [[[x + 20 * row, y] for x, y in SQUARE] for row in range(4)]
+    parts = {"type": "MultiPolygon", "coordinates": [[ring] for ring in rings[:2]]}
+    features = [feature(parts, id="a"), feature(polygon(rings[2]), id="a#1"), feature(polygon(rings[3]), id="b#1")]
+    ids = local(tmp_path, *features, id_field="id").parcels.id.tolist()
+    assert ids[:3] == ["a#1", "a#2", "b#1"]
+    assert ids[3].startswith("outline-")
+
+
 def test_a_repair_keeps_the_area(tmp_path):
     spike = [[0, 0], [100, 0], [100, 100], [60, 100], [50, 101], [60, 101], [50, 100], [0, 100], [0, 0]]
     read = local(tmp_path, feature(polygon(spike), id=1))
@@ -311,6 +320,19 @@ def test_a_shapefile_without_a_system_is_refused_with_the_option(tmp_path):
     with pytest.raises(AssetError, match=r"does not name its coordinate.*crs = "):
         read_parcels(path)
     assert read_parcels(path, crs=UTM).parcels.area == pytest.approx(600)
+    with pytest.raises(AssetError, match=r"does not name its coordinate.*crs = "):
+        read_parcels(write_map(tmp_path / "map.gpkg", moved(block(), UTM), None, id=IDS))
+
+
+@pytest.mark.parametrize("name", ["map.gpkg", "map.shp", "map.fgb"])
+def test_systems_without_a_code_are_read(tmp_path, name):
+    """Many programs write definitions that are called unknown."""
+    crs = "+proj=tmerc +lat_0=40 +lon_0=-74 +k=1 +x_0=100000 +y_0=0 +ellps=GRS80 +units=m"
+    read = read_parcels(write_map(tmp_path / name, moved(block(), crs), crs, id=IDS))
+    assert read.parcels.area == pytest.approx(600, rel=1e-3)
+    assert read.parcels.frame.crs.startswith("PROJCRS[")
+    assert read.remarks == ()
+    assert np.isfinite(read.parcels.frame.longitude_latitude(np.zeros((1, 2)))).all()
 
 
 def test_layers_are_named_behind_a_colon(tmp_path):

@@ -20,6 +20,7 @@ from grammarlab.errors import AssetError, UsageError
 from grammarlab.extras import named_extras
 from grammarlab.files import open_regular
 from grammarlab.geometry.footprints.attribute_columns import Columns, plain_columns, united
+from grammarlab.geometry.footprints.crs import label
 from grammarlab.geometry.footprints.curved_wkb import straightened
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer
@@ -35,6 +36,8 @@ _NO_PATH = "!;?"
 """Letters that the names of files cannot have, since they mean something in GDAL's names."""
 _OUTLINES = ("Polygon", "Surface", "Collection", "Unknown")
 """Parts of the names of kinds of geometry that may be outlines."""
+_DRAWINGS = ("ENGCRS", "ENGINEERINGCRS", "LOCAL_CS")
+"""Beginnings of systems without a place on the earth."""
 _PARTS = (".shp", ".shx", ".dbf", ".prj", ".cpg")
 """Suffixes of the files of a Shapefile that are read."""
 
@@ -90,7 +93,7 @@ def _read(path: Path, source: str, layer: str) -> _Read:
         from pyogrio.raw import open_arrow  # noqa: PLC0415  # an extra
     options = {"layer": layer, "batch_size": _BATCH, "datetime_as_string": True, "use_pyarrow": True}
     with open_arrow(source, **options) as (meta, reader):
-        read = _Read(_known(meta["crs"]))
+        read = _Read(_placed(meta["crs"]))
         geometry_name = meta["geometry_name"] or "wkb_geometry"
         num_features = 0
         for batch in reader:
@@ -127,9 +130,9 @@ def _geometry(body: bytes) -> shapely.Geometry | None:
         return straightened(body)
 
 
-def _known(crs: str | None) -> str | None:
-    """The definition of a system; None for systems that say that they are unknown."""
-    if not crs or "undefined" in crs[:60].lower() or "unknown" in crs[:60].lower():
+def _placed(crs: str | None) -> str | None:
+    """The definition of a system; None for those of GeoPackages that say that they are undefined, and of drawings."""
+    if not crs or label(crs).lower().startswith("undefined") or crs.startswith(_DRAWINGS):
         return None
     return crs
 
