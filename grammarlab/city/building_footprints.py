@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats, Ints, index_in_row, offsets_from_counts, row_of_value
+from grammarlab.arrays import Flags, Floats, Ints, index_in_row, offsets_from_counts
 from grammarlab.city.lot_edges import LotEdges
 from grammarlab.city.lot_fronts import edge_setbacks, first_edges, sides_of_edges
 from grammarlab.city.moved_edges import moved_inwards
@@ -214,20 +214,43 @@ def _widths_of_parts(
     _, same = edges.take(lot[~is_changed])
     result[~is_changed[footprints.outline]] = widths[same]
     part = np.flatnonzero(is_changed[footprints.outline] & ~footprints.is_hole)
-    _, corners = edges.take(lot[footprints.outline[part]])
-    counts = np.diff(edges.ring_offsets[edges.outline_offsets])[lot[footprints.outline[part]]]
-    row = row_of_value(counts)
-    middle = (footprints.points[part] + 0.5 * footprints.along[part])[row] - edges.points[corners]
-    away = np.abs((middle * edges.normal[corners]).sum(axis=1) + distances[corners])
-    along = (middle * edges.direction[corners]).sum(axis=1)
-    beyond = np.maximum(np.maximum(-along, along - edges.length[corners]), 0.0)
-    cosine = (footprints.normal[part][row] * edges.normal[corners]).sum(axis=1)
-    is_alike = (away < _ALIKE) & (cosine > _COSINE_ALIKE)
-    row, corners, beyond, away = row[is_alike], corners[is_alike], beyond[is_alike], away[is_alike]
-    order = np.lexsort((away + beyond, row))
-    best = order[np.flatnonzero(np.diff(row[order], prepend=-1))]
-    result[part[row[best]]] = widths[corners[best]]
+    _, corners = edges.take(lot[is_changed])
+    row, wall = _parts_of_moved(footprints, part, edges, corners, distances)
+    is_same = lot[footprints.outline[part[row]]] == edges.outline[wall]
+    row, wall = row[is_same], wall[is_same]
+    first = np.flatnonzero(np.diff(row, prepend=-1))
+    result[part[row[first]]] = widths[wall[first]]
     return result
+
+
+def _parts_of_moved(
+    footprints: LotEdges, part: Ints, edges: LotEdges, corners: Ints, distances: Floats
+) -> tuple[Ints, Ints]:
+    """Pairs of an edge of footprints, as a row of ``part``, and an edge of lots that was moved there, nearest first.
+
+    Args:
+        footprints: edges of footprints.
+        part: some of these edges.
+        edges: edges of lots, P in all.
+        corners: some of these edges.
+        distances: [P] distance that each was moved.
+    """
+    middle = footprints.points[part] + 0.5 * footprints.along[part]
+    start = edges.points[corners] - edges.normal[corners] * distances[corners][:, None]
+    end = start + edges.along[corners]
+    # A mitre makes an edge longer by about its distance.
+    beyond = edges.direction[corners] * distances[corners][:, None]
+    tree = shapely.STRtree(_lines(start - beyond, end + beyond))
+    row, wall = tree.query(shapely.points(middle), predicate="dwithin", distance=_ALIKE)
+    cosine = (footprints.normal[part[row]] * edges.normal[corners[wall]]).sum(axis=1)
+    row, wall = row[cosine > _COSINE_ALIKE], wall[cosine > _COSINE_ALIKE]
+    away = shapely.distance(shapely.points(middle[row]), _lines(start, end)[wall])
+    order = np.lexsort((corners[wall], away, row))
+    return row[order], corners[wall[order]]
+
+
+def _lines(start: Floats, end: Floats) -> Outlines:
+    return np.asarray(shapely.linestrings(np.stack([start, end], axis=1)), dtype=object)
 
 
 # As footprints of models ---------------------------------------------------------------------------------------------

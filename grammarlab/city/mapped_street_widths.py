@@ -16,6 +16,8 @@ from grammarlab.city.lot_edges import LotEdges
 from grammarlab.city.parcels import Outlines
 from grammarlab.city.plan_fields import PlanFields
 
+_MOST_EDGES = 500
+"""Largest number of edges of a ring with a list: each is compared with all edges of its lot."""
 _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
@@ -24,7 +26,7 @@ def with_mapped_widths(
 ) -> Floats:
     """[P] widths of streets, with those of a column where it has any.
 
-    A list of another length than the ring of its parcel is left out.
+    A list of another length than the ring of its parcel, or of more than `_MOST_EDGES`, is left out.
 
     Args:
         edges: edges of S lots, P in all.
@@ -45,7 +47,8 @@ def with_mapped_widths(
     widths = _one_each(single[edges.outline], widths)
     rings = np.asarray(shapely.get_exterior_ring(outlines[parcel]), dtype=object)
     counts = shapely.get_num_coordinates(rings) - 1
-    lot = np.flatnonzero(counts == np.array([len(numbers) for numbers in lists], np.int64))
+    is_list = (counts == np.array([len(numbers) for numbers in lists], np.int64)) & (counts <= _MOST_EDGES)
+    lot = np.flatnonzero(is_list)
     known = np.array([number for row in lot.tolist() for number in lists[row]], np.float64)
     return _by_edge(edges, widths, lot, rings[lot], known)
 
