@@ -32,7 +32,7 @@ _TOLERANCE = 0.01
 """Largest distance from a side of the bounding box, as a share of its length."""
 _SIDE_TRIANGLES, _MAX_SIDES = 2, 5
 """Triangles of a side that reaches the bounding box, and the largest number of these: those that are farthest off."""
-_MIN_COVERED = 0.85
+_MIN_COVERED = 0.95
 """Smallest share of the area of walls and roofs that a model of polygons has."""
 _FEW_TRIANGLES = 100
 """Budget below which slabs have four corners instead of eight."""
