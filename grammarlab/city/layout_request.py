@@ -21,6 +21,8 @@ NO_PLACE = Frame("", (0.0, 0.0))
 """The frame of metres at an unknown place."""
 MAX_BLOCKS = 50_000
 """Budget: smallest blocks that an area may have room for; as many take about a minute."""
+MAX_PARCELS = 1_500_000
+"""Budget: parcels of the median area that an area may have room for; a million take about 4 GB."""
 MAX_CORNERS = 200_000
 """Budget: corners of an outline."""
 MAX_COORDINATE = 1e7
@@ -130,6 +132,11 @@ class LayoutRequest:
             raise UsageError(
                 f"the outline has {self.outline.area / 1e6:,.0f} km², room for more than {MAX_BLOCKS:,} blocks of "
                 f"{self.block_area[0]:,.0f} m². Give larger blocks or a smaller area."
+            )
+        if self.outline.area / self.sizes.area > MAX_PARCELS:
+            raise UsageError(
+                f"the outline has {self.outline.area / 1e6:,.0f} km², room for more than {MAX_PARCELS:,} parcels of "
+                f"{self.sizes.area:,.0f} m². Give larger parcels or a smaller area."
             )
         _check("share of parks", self.park_share, 0.0, 1.0)
         _check("variation", self.variation, 0.0, 0.2)

@@ -21,8 +21,8 @@ _STEP = 12.0
 """Tolerance: step of traced lines in metres; at a radius of 100 m the error of a step is below a millimetre."""
 _FLATNESS = 0.2
 """Tolerance: distance in metres of a line with few points from the traced one."""
-_MAX_LENGTH = 2.0
-"""Budget: length of a traced line by that of its ring; a circle that never leaves its region ends here."""
+_MAX_LENGTH = 8.0
+"""Budget: length of a traced line by the diagonal of its ring; a circle that never leaves its region ends here."""
 _STEPS_AT_ONCE = 16
 """Steps of a traced line before it is compared with its ring."""
 _CLEARANCE = 0.5
@@ -178,8 +178,8 @@ def _traced(
         hit = _first_hit(ring, start, step, clearance)
         return None if hit is None else (np.stack([start, np.round(start + hit[0] * step, DECIMALS)]), hit[1])
     pieces, ahead = [start[None]], following(ring)
-    perimeter = float(np.hypot(*(ahead - ring).T).sum())
-    for _ in range(int(_MAX_LENGTH * perimeter / (_STEP * _STEPS_AT_ONCE)) + 1):
+    diagonal = float(np.hypot(*np.ptp(ring, axis=0)))
+    for _ in range(int(_MAX_LENGTH * diagonal / (_STEP * _STEPS_AT_ONCE)) + 1):
         points, heading = _walk(directions, pieces[-1][-1], heading)
         hit = _first_crossing(ring, ahead, points, clearance)
         if hit is not None:

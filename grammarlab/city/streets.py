@@ -260,12 +260,20 @@ def _cuts(
         profile = _Profile.of(corners, axis)
         across = float(np.arctan2(axis[0], -axis[1]))
         for chord in _chords(corners, field, profile, joints, place, across):
-            snapped = _snapped(corners, chord, targets)
-            parts = divided(ring, snapped, width)
-            if min(part.area for part in parts) <= 0 or min(len(part.corners) for part in parts) < 3:
-                continue
-            low, high = sorted(parts, key=lambda part: float(part.corners.mean(axis=0) @ axis))
-            yield _Cut(ring, snapped, (low, high))
+            cut = _cut_along(ring, _snapped(corners, chord, targets), width, axis)
+            if cut is None or not _is_simple(cut):
+                cut = _cut_along(ring, chord, width, axis)
+            if cut is not None:
+                yield cut
+
+
+def _cut_along(ring: Ring, chord: Chord, width: float, axis: Floats) -> _Cut | None:
+    """The split of a ring along a chord; None if a part has no area."""
+    parts = divided(ring, chord, width)
+    if min(part.area for part in parts) <= 0 or min(len(part.corners) for part in parts) < 3:
+        return None
+    low, high = sorted(parts, key=lambda part: float(part.corners.mean(axis=0) @ axis))
+    return _Cut(ring, chord, (low, high))
 
 
 def _axes(angle: float) -> list[Floats]:
