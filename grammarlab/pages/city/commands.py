@@ -18,7 +18,7 @@ def _ground(desk: CityDesk, request: Request) -> None:
     if desk.ground is None:
         request.answer({"ids": None}, ())
     else:
-        request.answer({"ids": desk.facts.ids}, desk.ground.buffers)
+        request.answer({"ids": desk.facts.rows.id.tolist()}, desk.ground.buffers)
 
 
 def _parcel(desk: CityDesk, request: Request) -> Message:

@@ -91,7 +91,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
             self.plan = parse_plan(self.document.plan, before.path)
             zones = changed_zones(before, self.plan)
             self._waiting |= {
-                parcel for parcel, zone in zip(self.facts.ids, self.facts.zone, strict=True) if zone in zones
+                parcel for parcel, zone in zip(self.facts.rows.id, self.facts.rows.zone, strict=True) if zone in zones
             }
         self._build()
 
@@ -110,7 +110,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
             self._decide(f"unpin {parcel}", released(pins, parcel))
             return
         self._built(parcel)
-        seed, model, zone = (self.facts.value(parcel, name) for name in ("seed", "model", "zone"))
+        (seed, model), zone = self.facts.address_of(parcel), self.facts.zone_of(parcel)
         self._decide(f"pin {parcel}", pinned(pins, parcel, seed=seed, model=model, zone=zone))
 
     def exclude(self, parcel: str) -> None:
@@ -130,7 +130,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         """
         self._built(parcel)
         sessions = self._sessions()
-        if not self._is_scorable(self.facts.value(parcel, "zone")):
+        if not self._is_scorable(self.facts.zone_of(parcel)):
             raise UsageError(f"{parcel} has trees; buildings are scored.")
         sessions.score(self._zone(parcel), self._address(parcel), score, kind, key)
         self.notify()
@@ -175,14 +175,14 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         Raises:
             UsageError: If there is no parcel with this id.
         """
-        zone, status = (self.facts.value(parcel, name) for name in ("zone", "status"))
+        zone, is_built = self.facts.zone_of(parcel), bool(self.facts.is_built[self.facts.row(parcel)])
         said = None
-        if self.sessions is not None and self.facts.is_built[self.facts.row(parcel)]:
+        if self.sessions is not None and is_built:
             said = self.sessions.judgement(self._zone(parcel), self._address(parcel))
         return {
             "id": parcel,
-            "zone": zone or "",
-            "status": status,
+            "zone": zone,
+            "status": "built" if is_built else "empty",
             "facts": [("zone", zone or "none"), *self._rules_fact(parcel), *self.facts.of(parcel)],
             "pin": state_of(self.document.pins.get(parcel)),
             "said": {"score": said and said.score, "kind": said and said.kind},
@@ -276,7 +276,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
             raise UsageError(f"{parcel} has no building.")
 
     def _zone(self, parcel: str) -> ZonePlan:
-        return self._zone_named(self.facts.value(parcel, "zone"))
+        return self._zone_named(self.facts.zone_of(parcel))
 
     def _zone_named(self, name: str) -> ZonePlan:
         for zone in self._plan().zones:
@@ -285,18 +285,18 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         raise UsageError(f"the plan has no zone {name!r}; build the city again.")
 
     def _address(self, parcel: str) -> Address:
-        return Address(False, self.facts.value(parcel, "seed"), self.facts.value(parcel, "model"))
+        return Address(False, *self.facts.address_of(parcel))
 
-    def _is_scorable(self, zone: str | None) -> bool:
+    def _is_scorable(self, zone: str) -> bool:
         """Whether a zone has buildings, and not trees."""
         grammars = [each.grammar for each in self.plan.zones if each.name == zone] if self.plan else []
         return bool(grammars) and find_rules(grammars[0]).suffix == SUFFIX
 
     def _rules_fact(self, parcel: str) -> list[tuple[str, str]]:
         """Name of the rules, and the beginning of the hash of their text."""
-        zone = self.facts.value(parcel, "zone")
+        zone = self.facts.zone_of(parcel)
         names = [Path(each.grammar).name for each in self.plan.zones if each.name == zone] if self.plan else []
-        text = self.facts.value(parcel, "grammar") if "grammar" in self.facts.table.column_names else ""
+        text = self.facts.rows.grammar[self.facts.row(parcel)]
         words = " ".join([*names, *([f"({text[:12]})"] if text else [])])
         return [("rules", words)] if words else []
 
@@ -306,7 +306,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         return {
             "name": name,
             "grammar": Path(zones[0].grammar).name if zones else "",
-            "parcels": int((self.facts.is_built & (self.facts.zone == name)).sum()),
+            "parcels": int((self.facts.is_built & (self.facts.rows.zone == name)).sum()),
             "scored": len(scores),
             "learnable": liked(scores),
             "learned": self._learned.get(name, ""),

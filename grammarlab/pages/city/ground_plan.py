@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import shapely
@@ -18,7 +17,6 @@ from grammarlab.errors import AssetError, GrammarlabError
 from grammarlab.extras import named_extras
 from grammarlab.files import read_bounded
 from grammarlab.geometry.footprints.frame import Frame
-from grammarlab.pages.city.decisions import CITY, MAX_PLAN_BYTES
 from grammarlab.pages.city.parcel_facts import ParcelFacts
 from grammarlab.pages.city.street_surface import NO_STREETS, street_triangles
 
@@ -59,29 +57,24 @@ class GroundPlan:
 
 
 @dataclass(frozen=True)
-class TilesetFrame:
-    """Place of the tiles of a city, and the height of its ground."""
+class GroundPlacement:
+    """Place of the ground of a city among its tiles."""
 
+    frame: Frame
     transform: NDArray[np.float64]
     """[4, 4] matrix from metres east, north and up of the origin of the tileset to earth-centred coordinates."""
-    crs: dict[str, Any] | None
-    """Coordinate system of the map as PROJJSON; None for metres at an unknown place."""
-    origin: NDArray[np.float64]
-    """[2] coordinates on the map of the origin of the city's metres."""
     elevation: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-    """Heights of the ground in metres at points [n, 2] in metres from the origin."""
+    """Heights of the ground in metres at points [n, 2] in metres from the origin of the frame."""
 
     def local(self, points: NDArray[np.float64]) -> NDArray[np.float32]:
-        """[n, 3] points on the ground, x, y and z in metres, of points [n, 2] on the map.
+        """[n, 3] x, y and z in metres among the tiles of points [n, 2] in metres from the origin of the frame.
 
         Raises:
             AssetError: If the coordinate system cannot be used.
         """
-        up = self.elevation(points - self.origin)
-        if self.crs is None or not len(points):
-            east_north_up = np.column_stack([points - self.origin, up])
-        else:
-            east_north_up = _from_earth(np.column_stack([points, up]), self.crs, self.transform)
+        east_north_up = np.column_stack([points, self.elevation(points)])
+        if self.frame.has_place and len(points):
+            east_north_up = _from_earth(east_north_up, self.frame, self.transform)
         return (east_north_up[:, [0, 2, 1]] * (1.0, 1.0, -1.0)).astype("<f4")
 
 
@@ -96,18 +89,18 @@ def ground_plan(facts: ParcelFacts, folder: Path, plan: Plan | None) -> GroundPl
     Raises:
         AssetError: If its tileset cannot be read.
     """
-    frame = TilesetFrame(_transform(folder), facts.crs, _origin(folder), _elevation(folder, plan))
+    placement = GroundPlacement(facts.frame, _transform(folder), _elevation(facts.frame, plan))
     if len(facts) > MOST_OUTLINES:
         return None
-    points, offsets = _corners(facts.outlines)
-    streets, kinds = street_triangles(facts.outlines) if len(facts) <= MOST_STREETS else NO_STREETS
+    points, offsets = _corners(facts.rows.outline)
+    streets, kinds = street_triangles(facts.rows.outline) if len(facts) <= MOST_STREETS else NO_STREETS
     numbers = {zone: min(number, NO_ZONE - 1) for number, zone in enumerate(facts.zones)}
     return GroundPlan(
         offsets=offsets.astype("<u4"),
-        corners=frame.local(points),
-        zones=np.array([numbers.get(zone, NO_ZONE) for zone in facts.zone], np.uint8),
+        corners=placement.local(points),
+        zones=np.array([numbers.get(zone, NO_ZONE) for zone in facts.rows.zone], np.uint8),
         built=facts.is_built.astype(np.uint8),
-        streets=frame.local(streets.reshape(-1, 2)).reshape(-1, 3, 3),
+        streets=placement.local(streets.reshape(-1, 2)).reshape(-1, 3, 3),
         kinds=kinds,
     )
 
@@ -121,46 +114,29 @@ def _corners(outlines: NDArray[np.object_]) -> tuple[NDArray[np.float64], NDArra
     return points[~is_last], np.concatenate([[0], np.cumsum(counts)])
 
 
-def _from_earth(points: NDArray[np.float64], crs: dict[str, Any], transform: NDArray[np.float64]) -> NDArray[Any]:
-    """[n, 3] metres east, north and up of the origin of the tileset."""
+def _from_earth(points: NDArray[np.float64], frame: Frame, transform: NDArray[np.float64]) -> NDArray[np.float64]:
+    """[n, 3] metres east, north and up of the origin of the tileset, of points in metres of a frame."""
     with named_extras():
         from pyproj import CRS, Transformer  # noqa: PLC0415  # an extra
         from pyproj.exceptions import ProjError  # noqa: PLC0415
     try:
-        system = CRS.from_json_dict(crs).to_3d()
-        places = Transformer.from_crs(system, _EARTH_CENTRED, always_xy=True).transform(*points.T)
+        system = CRS.from_user_input(frame.crs).to_3d()
+        east, north, up = (points + np.array([*frame.origin, 0.0])).T
+        places = Transformer.from_crs(system, _EARTH_CENTRED, always_xy=True).transform(east, north, up)
     except ProjError as error:
         raise AssetError(f"the coordinate system of the parcels cannot be used: {error}") from error
     return (np.column_stack([*places, np.ones(len(points))]) @ np.linalg.inv(transform).T)[:, :3]
 
 
-def _city(folder: Path) -> dict[str, Any]:
-    """What a build wrote about the city; empty if that is missing."""
-    try:
-        values = json.loads(read_bounded(folder / CITY, MAX_PLAN_BYTES))
-    except (AssetError, OSError, ValueError, RecursionError):
-        return {}
-    return values if isinstance(values, dict) else {}
-
-
-def _origin(folder: Path) -> NDArray[np.float64]:
-    try:
-        return np.array(_city(folder)["origin"], np.float64).reshape(2)
-    except (LookupError, ValueError, TypeError):
-        return np.zeros(2)
-
-
-def _elevation(folder: Path, plan: Plan | None) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+def _elevation(frame: Frame, plan: Plan | None) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     """Height of the ground above the ellipsoid, or of the map; level where there is no terrain."""
     base = 0.0 if plan is None else plan.geoid_height or 0.0
 
     def level(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.full(len(points), base)
 
-    crs = _city(folder).get("crs")
-    if plan is None or plan.terrain is None or not isinstance(crs, str):
+    if plan is None or plan.terrain is None:
         return level
-    frame = Frame(crs, tuple(_origin(folder).tolist()))
     try:
         terrain = read_terrain(plan.terrain)
     except GrammarlabError:  # it was there when the city was built

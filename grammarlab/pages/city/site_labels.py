@@ -48,21 +48,20 @@ def site_labels(facts: ParcelFacts, zone: ZonePlan, factors: Mapping[str, Scores
 
 def _parcels_of_models(facts: ParcelFacts) -> dict[tuple[int, int], int]:
     """Rows of parcels by the address of their present and former buildings."""
-    seeds, models, rerolls = (facts.table[name].to_pylist() for name in ("seed", "model", "reroll"))
+    seeds, models = facts.rows.seed.tolist(), facts.rows.model.tolist()
     rows: dict[tuple[int, int], int] = {}
-    for row in np.flatnonzero(np.array(rerolls) > 0).tolist():
-        former = np.arange(rerolls[row])
-        for model in model_indices([facts.ids[row]] * len(former), former).tolist():
+    for row in np.flatnonzero(facts.rows.reroll > 0).tolist():
+        former = np.arange(facts.rows.reroll[row])
+        for model in model_indices([facts.rows.id[row]] * len(former), former).tolist():
             rows[seeds[row], model] = row
     return rows | {address: row for row, address in enumerate(zip(seeds, models, strict=True))}
 
 
 def _on_parcel(label: Label, facts: ParcelFacts, row: int, start: str, attributes: str) -> Label:
     """The label with the footprint of a parcel; unchanged if that is unknown or has too many corners."""
-    lot = facts.table["lot"][row].as_py() if "lot" in facts.table.column_names else None
-    if lot is None:
+    outline = facts.rows.lot[row]
+    if outline is None:
         return label
-    outline = shapely.from_wkb(lot)
     corner = np.floor(np.array(outline.bounds[:2]))
     text = shapely.to_wkt(shapely.transform(outline, lambda points: points - corner), 3)
     if len(text) > MAX_TEXT:

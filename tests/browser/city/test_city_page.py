@@ -11,6 +11,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from grammarlab.city.parcel_addresses import EXCLUDED, read_pins
 from grammarlab.pages.city.city_viewer import CityViewer, page_of
+from grammarlab.runs.city.parcel_reading import read_parcel_table
 from tests.browser.in_process import PageThread
 from tests.browser.scoring.test_page import contrast
 from tests.pages.city.small_city import write_city
@@ -59,22 +60,27 @@ def middle(page: Page) -> tuple[float, float]:
 
 def test_a_building_is_chosen_changed_and_scored(opened: Callable[..., Page], tmp_path: Path) -> None:
     page = opened()
+    first, second = read_parcel_table(tmp_path / "city" / "parcels.parquet").id[:2]
     # By keys: the next building, and its neighbour back; then the same building by a click on it.
     page.locator("canvas").focus()
     page.keyboard.press("n")
     page.keyboard.press("n")
-    expect(name(page)).to_have_text("P-001")
+    expect(name(page)).to_have_text(second)
+    page.keyboard.press("b")
+    expect(name(page)).to_have_text(first)
+    page.keyboard.press("n")
+    expect(name(page)).to_have_text(second)
     expect(fact(page, "zone")).to_have_text("homes")
     page.wait_for_timeout(800)  # the flight to the building
     page.keyboard.press("Escape")
     expect(name(page)).to_have_text("No building selected")
     page.mouse.click(*middle(page))
-    expect(name(page)).to_have_text("P-001")
+    expect(name(page)).to_have_text(second)
     # Another building stands there, and the step can be undone.
     model = fact(page, "model").text_content() or ""
     page.keyboard.press("r")
     expect(fact(page, "model")).not_to_have_text(model)
-    assert read_pins(tmp_path / "pins.csv").get("P-001").reroll == 1
+    assert read_pins(tmp_path / "pins.csv").get(second).reroll == 1
     loaded(page)
     page.keyboard.press("Control+z")
     expect(fact(page, "model")).to_have_text(model)
@@ -92,7 +98,7 @@ def test_a_building_is_chosen_changed_and_scored(opened: Callable[..., Page], tm
     # An excluded parcel stays selected, so that it can be included again.
     page.get_by_role("button", name="Exclude", exact=True).click()
     expect(page.get_by_role("button", name="Include", exact=True)).to_be_enabled()
-    assert read_pins(tmp_path / "pins.csv").get("P-001").zone == EXCLUDED
+    assert read_pins(tmp_path / "pins.csv").get(second).zone == EXCLUDED
     expect(page.get_by_text("22 buildings, 1 excluded, 1 small")).to_be_visible()
 
 
@@ -126,17 +132,18 @@ def test_parcels_are_found_and_walked_to(opened: Callable[..., Page]) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_a_phone_shows_all_and_words_stand_out(opened: Callable[..., Page], scheme: str) -> None:
+def test_a_phone_shows_all_and_words_stand_out(opened: Callable[..., Page], scheme: str, tmp_path: Path) -> None:
+    first, second = read_parcel_table(tmp_path / "city" / "parcels.parquet").id[:2]
     page = opened(color_scheme=scheme, **PHONE)
     page.get_by_role("button", name="Next building").tap()
-    expect(name(page)).to_have_text("P-000")
+    expect(name(page)).to_have_text(first)
     page.wait_for_timeout(800)  # the flight to the building
     page.get_by_role("button", name="Next building").tap()
-    expect(name(page)).to_have_text("P-001")
+    expect(name(page)).to_have_text(second)
     page.wait_for_timeout(800)
     page.touchscreen.tap(*middle(page))
     page.wait_for_timeout(300)
-    expect(name(page)).to_have_text("P-001")
+    expect(name(page)).to_have_text(second)
     assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
     for selector in (".ct-facts dt", ".ct-facts dd", ".ct-zone small", ".gl-name"):
         assert contrast(page.locator(selector).first) >= 4.5

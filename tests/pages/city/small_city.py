@@ -10,14 +10,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 import pyarrow.parquet as pq
 import shapely
 from numpy.typing import NDArray
-from pyproj import CRS, Transformer
+from pyproj import Transformer
 
 from grammarlab.city.parcel_addresses import Pins, addresses, read_pins
 from grammarlab.city.plan import read_plan
+from grammarlab.geometry.footprints.frame import Frame
+from grammarlab.runs.city.parcel_rows import ParcelRows
+from grammarlab.runs.city.parcel_table import ParcelTableWriter
 
 CRS_NAME = "EPSG:32631"
 ORIGIN = (452_000.0, 5_412_000.0)
@@ -49,28 +51,28 @@ def write_city(folder: Path, columns: int = 6, rows: int = 4, pins: Pins | None 
     corner = (SIZE * np.stack([index % columns - columns / 2, index // columns - rows / 2], 1)).astype(np.float64)
     ids = [f"P-{number:03}" for number in index]
     places = addresses(np.array(ids, object), 7, pins or Pins())
-    outline = shapely.box(*(corner.T + np.array(ORIGIN)[:, None]), *((corner + 16).T + np.array(ORIGIN)[:, None]))
-    lot = shapely.box(*((corner + 2).T + np.array(ORIGIN)[:, None]), *((corner + 14).T + np.array(ORIGIN)[:, None]))
     built = (index < len(index) - 1) & ~places.is_excluded
     heights = (6.0 + 5.0 * (places.model % np.uint64(6))).astype(np.float64)
-    table = {
-        "id": ids,
-        "zone": [ZONES[int(number % columns < columns // 2)] for number in index],
-        "status": np.where(built, "built", "empty"),
-        "reason": [
-            None if is_built else "small" if number == index[-1] else "excluded"
-            for number, is_built in enumerate(built)
-        ],
-        "seed": places.seed,
-        "model": places.model,
-        "reroll": places.reroll,
-        "area": np.full(len(ids), 256.0),
-        "report.height": np.where(built, heights, np.nan),
-        "lot": shapely.to_wkb(lot),
-        "geometry": shapely.to_wkb(outline),
-    }
+    reason = np.where(built, "", np.where(index == index[-1], "small", "excluded")).astype(object)
+    rows_of_table = ParcelRows(
+        id=np.array(ids, object),
+        outline=shapely.box(*corner.T, *(corner + 16).T),
+        lot=shapely.box(*(corner + 2).T, *(corner + 14).T),
+        zone=np.array([ZONES[int(number % columns < columns // 2)] for number in index], object),
+        reason=reason,
+        seed=places.seed,
+        model=places.model,
+        reroll=places.reroll,
+        grammar=np.where(built, "0" * 64, "").astype(object),
+        area=np.full(len(ids), 256.0),
+        street_width=np.full(4 * len(ids), 4.0),
+        lot_edges=4 * np.arange(len(ids) + 1),
+        tile=np.where(built, "tiles/full.glb", "").astype(object),
+        reports={"height": np.where(built, heights, np.nan)},
+    )
     folder.mkdir(parents=True, exist_ok=True)
-    write_parcels(folder / "parcels.parquet", table)
+    with ParcelTableWriter(folder / "parcels.parquet", Frame(CRS_NAME, ORIGIN)) as writer:
+        writer.add(rows_of_table)
     (folder / "tiles").mkdir(exist_ok=True)
     write_tiles(folder, np.array(ids)[built].tolist(), corner[built], heights[built])
     plan = folder.parent / "town.toml"
@@ -87,18 +89,6 @@ def rebuild(folder: Path, parcels: Sequence[str]) -> list[str]:
     columns = {24: 6, 120: 12}[number]
     write_city(folder, columns, number // columns, read_pins(plan.pins))
     return ["tiles/coarse.glb", "tiles/full.glb"] if parcels else []
-
-
-def write_parcels(path: Path, columns: dict[str, Any]) -> None:
-    """GeoParquet as `grammarlab city build` writes it."""
-    geometry = {
-        "encoding": "WKB",
-        "geometry_types": ["Polygon"],
-        "crs": json.loads(CRS.from_user_input(CRS_NAME).to_json()),
-    }
-    geo = {"version": "1.1.0", "primary_column": "geometry", "columns": {"geometry": geometry}}
-    table = pa.table({name: pa.array(values) for name, values in columns.items()})
-    pq.write_table(table.replace_schema_metadata({"geo": json.dumps(geo)}), path)
 
 
 def write_tiles(folder: Path, ids: list[str], corner: NDArray[np.float64], heights: NDArray[np.float64]) -> None:

@@ -82,7 +82,7 @@ def test_what_is_known_of_a_parcel_is_that_of_the_table(opened):
     known = viewer.call("parcel", parcel="P-003")[0]
     facts = dict(known["facts"])
     assert (known["status"], known["zone"], known["pin"]) == ("built", "offices", "free")
-    assert (facts["seed"], facts["rules"], facts["area"]) == ("7", "toy", "256 m²")
+    assert (facts["seed"], facts["rules"], facts["area"]) == ("7", "toy (000000000000)", "256 m²")
     assert viewer.call("parcel", parcel="P-023")[0]["status"] == "empty"
     assert (window.state["built"], window.state["empty"]) == (23, {"small": 1})
     with pytest.raises(GrammarlabError, match="no parcel 'nothing'"):
