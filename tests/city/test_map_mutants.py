@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 import zipfile
+from contextlib import closing
 from random import Random
 
 import numpy as np
@@ -115,6 +117,28 @@ def test_texts_in_a_false_encoding_are_read(tmp_path, text):
     path.with_suffix(".dbf").write_bytes(table.replace("é".encode(), b"\xe9 "))
     (name,) = read_parcels(path).parcels.id
     assert name.encode().decode() == name
+
+
+ENDLESS = """
+CREATE VIEW {} AS WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n)
+SELECT x AS fid, NULL AS geom FROM n WHERE x < 0
+"""
+
+
+def test_a_geopackage_computes_nothing(tmp_path):
+    """A view may take for ever, also in place of a table that every reader opens."""
+    path = write_map(tmp_path / "a.gpkg", moved(block(), UTM), UTM, "lots", id=["x"] * 12)
+    assert len(read_parcels(path).parcels) == 12
+    with closing(sqlite3.connect(path)) as database:
+        database.execute(ENDLESS.format("endless"))
+        database.execute(
+            "INSERT INTO gpkg_contents (table_name, data_type, srs_id) VALUES ('endless', 'features', 4326)"
+        )
+        database.execute("INSERT INTO gpkg_geometry_columns VALUES ('endless', 'geom', 'POLYGON', 4326, 0, 0)")
+        database.commit()
+    for layer in ("", ":lots", ":endless"):
+        with pytest.raises(AssetError, match=r"found views.*'endless'.*ogr2ogr"):
+            read_parcels(f"{path}{layer}")
 
 
 def test_files_of_hostile_size_are_refused(tmp_path, monkeypatch):

@@ -23,6 +23,7 @@ from grammarlab.geometry.footprints.attribute_columns import Columns, plain_colu
 from grammarlab.geometry.footprints.crs import label
 from grammarlab.geometry.footprints.curved_wkb import straightened
 from grammarlab.geometry.footprints.footprint import Remark
+from grammarlab.geometry.footprints.geopackage_tables import check_tables
 from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer
 from grammarlab.printable import printable
 
@@ -144,6 +145,8 @@ def _source(path: Path, layer: str | None) -> tuple[str, str]:
     source = str(path.resolve())
     if any(letter in source for letter in _NO_PATH):
         raise UsageError(f"{path}: the names of maps and of their folders cannot have any of {_NO_PATH}: rename them.")
+    if path.suffix.lower() == ".gpkg":
+        check_tables(path)
     names = _layers(source)
     candidates = [name for name, kind in names if kind is not None and any(word in kind for word in _OUTLINES)]
     if layer is not None:
