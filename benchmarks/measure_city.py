@@ -35,7 +35,13 @@ def write_plan(folder: Path, number: int) -> Path:
         row, column = divmod(index, columns)
         west = WIDTH * column + STREET * (column // 12)
         south = DEPTH * row + STREET * (row // ROWS)
-        ring = [(west, south), (west + WIDTH, south), (west + WIDTH, south + DEPTH), (west, south + DEPTH), (west, south)]
+        ring = [
+            (west, south),
+            (west + WIDTH, south),
+            (west + WIDTH, south + DEPTH),
+            (west, south + DEPTH),
+            (west, south),
+        ]
         geometry = {"type": "Polygon", "coordinates": [ring]}
         features.append({"type": "Feature", "properties": {"id": f"p{index:07d}"}, "geometry": geometry})
     (folder / "map.geojson").write_text(json.dumps({"type": "FeatureCollection", "crs": None, "features": features}))

@@ -59,11 +59,15 @@ def _row(line: shapely.LineString, distance: float, spacing: float) -> Floats:
     return (points + ahead) / 2 + distance * np.column_stack([-direction[:, 1], direction[:, 0]])
 
 
+def _tree(points: Floats) -> shapely.STRtree:
+    return shapely.STRtree(list(map(shapely.Point, points)))
+
+
 def _near(points: Floats, shapes: Outlines, distances: Sequence[float]) -> np.ndarray:
     """[n] whether a point is at most so far from one of the shapes."""
     near = np.zeros(len(points), np.bool_)
     if len(shapes):
-        hits, _ = shapely.STRtree(shapely.points(points)).query(shapes, "dwithin", np.asarray(distances))[::-1]
+        hits, _ = _tree(points).query(shapes, "dwithin", np.asarray(distances))[::-1]
         near[hits] = True
     return near
 
@@ -71,7 +75,7 @@ def _near(points: Floats, shapes: Outlines, distances: Sequence[float]) -> np.nd
 def _on_others(points: Floats, street: np.ndarray, streets: StreetLines) -> np.ndarray:
     """[n] whether a point is on a street other than its own, or at its corner."""
     reach = np.nan_to_num(streets.width / 2) + _CORNER
-    other, hit = shapely.STRtree(shapely.points(points)).query(streets.line, "dwithin", reach)
+    other, hit = _tree(points).query(streets.line, "dwithin", reach)
     on = np.zeros(len(points), np.bool_)
     on[hit[other != street[hit]]] = True
     return on

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import shapely
 from numpy.typing import NDArray
 
 from grammarlab.about import __version__
@@ -141,6 +142,7 @@ class _Builder:
 
     def __init__(self, task: ShardTask) -> None:
         self._task = task
+        self._ids: list[str] = task.ids.tolist()
         self.failures: dict[str, str] = {}
         self.reports: dict[str, dict[str, float]] = {}
         self.missing_assets: set[str] = set()
@@ -199,7 +201,7 @@ class _Builder:
         sites, zones = self._task.sites, self._task.zones
         return pa.table(
             {
-                "id": pa.array(self._task.ids[rows], pa.string()),
+                "id": pa.array([self._ids[row] for row in rows.tolist()], pa.string()),
                 "zone": pa.array([zones[zone].zone for zone in sites.zone[rows].tolist()], pa.string()),
                 "seed": pa.array(map(str, sites.seed[rows].tolist()), pa.string()),
                 "model": pa.array(map(str, sites.model[rows].tolist()), pa.string()),
@@ -209,7 +211,7 @@ class _Builder:
         )
 
     def _note(self, rows: Ints, buildings: MadeBuildings) -> None:
-        ids = self._task.ids
+        ids = self._ids
         for row, message in buildings.failures.items():
             self.failures[ids[rows[row]]] = message
         for row, report in zip(buildings.row.tolist(), buildings.reports, strict=True):
@@ -222,12 +224,13 @@ class _Builder:
         if scene is None:
             return
         ends = np.searchsorted(scene.model, np.arange(scene.num_models + 1))
+        lots: list[shapely.Polygon] = self._task.lots.tolist()
         for model, row in zip(models.tolist(), rows.tolist(), strict=True):
             alone = of_models(scene, np.array([model]))
             corner = sites.corner[row] + alone.origins[0]
             building = CityBuilding(
-                id=self._task.ids[row],
-                footprint=self._task.lots[row],
+                id=self._ids[row],
+                footprint=lots[row],
                 ground=float(corner[1]),
                 scene=alone,
                 corner=corner,

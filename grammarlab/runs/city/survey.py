@@ -112,7 +112,10 @@ def layout_of(plan: LayoutPlan, crs: str | None) -> Layout:
     if plan.outline is None:
         return laid_out(plan.request())
     area = read_parcels(plan.outline, crs=crs).parcels
-    return laid_out(plan.request(shapely.union_all(area.outline[area.usable]), area.frame))
+    outline = shapely.union_all(area.outline[area.usable])
+    if not isinstance(outline, shapely.Polygon | shapely.MultiPolygon):
+        raise UsageError(f"{plan.outline}: expected the outline of an area, found {outline.geom_type}.")
+    return laid_out(plan.request(outline, area.frame))
 
 
 def _terrain(plan: Plan, parcels: Parcels) -> PlacedTerrain | None:
@@ -177,7 +180,7 @@ def lot_outlines(sites: Sites) -> Outlines:
     places = (footprints.points + corner)[:, [0, 2]] * (1.0, -1.0)
     rings = np.repeat(np.arange(len(sites)), np.diff(footprints.offsets) + 1)
     closing = np.insert(np.arange(len(places)), footprints.offsets[1:], footprints.offsets[:-1])
-    outlines = shapely.polygons(shapely.linearrings(places[closing], indices=rings))
+    outlines = np.array(shapely.polygons(shapely.linearrings(places[closing], indices=rings)), dtype=object)
     # Doubled edges join holes to their outline; without them, holes are rings of their own.
     joined = ~shapely.is_valid(outlines)
     outlines[joined] = shapely.buffer(outlines[joined], 0.0)
