@@ -142,13 +142,13 @@ quarter: $(VENV)/.learn  # three zones learned from simulated persons, and the c
 	for zone in offices downtown houses; do \
 		$(BIN)/grammarlab label scenarios/city/$$zone.toml -n 96 --seed 1 -o $(QUARTER)/$$zone.csv && \
 		$(BIN)/grammarlab learn quarter --labels $(QUARTER)/$$zone.csv -o $(QUARTER)/$$zone.cga || exit 1; done
-	$(CITY) learn scenarios/city/quarter.plan.toml --answers scenarios/city/answers.csv -o $(QUARTER)/quarter.zones.json
-	$(CITY) build scenarios/city/quarter.plan.toml -o $(QUARTER)/city
+	$(CITY) learn grammars/city/quarter.plan.toml --answers grammars/city/answers.csv -o $(QUARTER)/quarter.zones.json
+	$(CITY) build grammars/city/quarter.plan.toml -o $(QUARTER)/city
 
 quarter-pictures: quarter
-	$(CITY) draw scenarios/city/quarter.plan.toml --size 1400x788 -o docs/images/quarter.jpg
-	$(CITY) draw scenarios/city/unlearned.plan.toml --size 1400x788 -o docs/images/quarter_unlearned.jpg
-	$(CITY) draw scenarios/city/quarter.plan.toml --size 1400x788 --at $(STREET) -o docs/images/quarter_street.jpg
+	$(CITY) draw grammars/city/quarter.plan.toml --size 1400x788 -o docs/images/quarter.jpg
+	$(CITY) draw grammars/city/unlearned.plan.toml --size 1400x788 -o docs/images/quarter_unlearned.jpg
+	$(CITY) draw grammars/city/quarter.plan.toml --size 1400x788 --at $(STREET) -o docs/images/quarter_street.jpg
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)

@@ -1,7 +1,5 @@
 """The numbering of a grammar, against the engine and the text."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -11,8 +9,9 @@ from grammarlab.derivation.expressions import number_grammar
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.language.syntax.syntax_tree import Numbered, walk
+from tests.whole_grammars import WHOLE
 
-GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
+GRAMMARS = WHOLE
 TEXT = """\
 attr h = 30% : rand(1, 2) else : 4
 Lot --> 25% : extrude(h) [ A ] split(x) { 3 : B | { 2 : C(p(0.5)) }* } scatter(surface, 2, uniform) { D }

@@ -25,6 +25,7 @@ from grammarlab.features.patterns.tree_index import Trees
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from tests.features.forests import RULES, forest_of, random_forest
+from tests.whole_grammars import WHOLE
 
 SEEDS = st.integers(0, 2**32)
 EVERYTHING = Options(3, far_pairs=True, adjacent_pairs=True)
@@ -273,7 +274,7 @@ def test_lengths_out_of_range_are_refused(length):
         Options(length)
 
 
-@pytest.mark.parametrize("path", sorted(GRAMMARS.glob("*.cga")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", WHOLE, ids=lambda path: path.stem)
 def test_tables_of_the_shipped_grammars_hold_what_their_features_count(path):
     grammar, assets = load(path), AssetFolder(GRAMMARS / "assets")
     vocabulary = Vocabulary.find(derive(grammar, 60, 1, assets=assets), Options(3, far_pairs=True, adjacent_pairs=True))

@@ -25,8 +25,9 @@ from grammarlab.runs.sample.run import sample_run
 from grammarlab.runs.work.executors import executor_of
 from grammarlab.scene import realize, triangles
 from tests.export.gltf import read_glb
+from tests.whole_grammars import WHOLE
 
-GRAMMARS = sorted((Path(__file__).parents[2] / "grammars").glob("*.cga"))
+GRAMMARS = WHOLE
 ASSETS = GRAMMARS[0].parent / "assets"
 WAYS: list[tuple[Any, Any]] = [(suffix, "merged") for suffix in FORMATS] + [("glb", reuse) for reuse in REUSES[1:]]
 BATCHES = [(5, 1), (4, 2), (0, 7), (5, 7)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,8 +16,9 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from tests.cases import bulk
 from tests.oracle.strategies import rule_files
+from tests.whole_grammars import WHOLE
 
-GRAMMARS = sorted((Path(__file__).parents[3] / "grammars").glob("*.cga"))
+GRAMMARS = WHOLE
 ASSETS = AssetFolder(GRAMMARS[0].parent / "assets")
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 from hypothesis import HealthCheck, given
 
@@ -16,8 +14,9 @@ from tests.oracle.comparison import assert_same_trees, tree_of_model, trees_of_f
 from tests.oracle.interpreter import interpret
 from tests.oracle.shape import Mesh
 from tests.oracle.strategies import rule_files
+from tests.whole_grammars import WHOLE
 
-GRAMMARS = sorted((Path(__file__).parents[3] / "grammars").glob("*.cga"))
+GRAMMARS = WHOLE
 ASSETS = AssetFolder(GRAMMARS[0].parent / "assets")
 
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import compile_grammar, derive_chunks
 from grammarlab.language.importing import load
+from tests.whole_grammars import WHOLE
 
-GRAMMARS = sorted((Path(__file__).parents[3] / "grammars").glob("*.cga"))
+GRAMMARS = WHOLE
 ASSETS = AssetFolder(GRAMMARS[0].parent / "assets")
 NUM_MODELS = 10_000
 

@@ -1,7 +1,6 @@
 """Models traced to the rule text."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +10,9 @@ from grammarlab.derivation import compile_grammar, derive
 from grammarlab.errors import UsageError
 from grammarlab.language.importing import load
 from grammarlab.runs.sample.trace import as_lines, as_values, trace_model
+from tests.whole_grammars import WHOLE
 
-GRAMMARS = sorted((Path(__file__).parents[3] / "grammars").glob("*.cga"))
+GRAMMARS = WHOLE
 TEXT = """\
 attr height = rand(2, 4)
 Lot --> extrude(height) split(x) { { 5 : Bay }* } [ t(0, 9, 0) Roof ]
