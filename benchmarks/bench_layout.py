@@ -7,8 +7,8 @@ import pytest
 import shapely
 
 from grammarlab.arrays import Floats
+from grammarlab.city.city_layout import Layout, laid_out
 from grammarlab.city.direction_field import FIELD_KINDS, DirectionField
-from grammarlab.city.layout import Layout, laid_out
 from grammarlab.city.layout_request import STYLES, LayoutRequest, ParcelSizes
 
 SHARES = (0.05, 0.5, 0.95)

@@ -15,7 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
-from grammarlab.city.layout import Layout
+from grammarlab.city.city_layout import Layout
 from grammarlab.files import atomic_file
 from grammarlab.geometry.footprints.frame import Frame
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
+from grammarlab.city.city_layout import Layout, laid_out
 from grammarlab.city.direction_field import FIELD_KINDS, DirectionField
-from grammarlab.city.layout import Layout, laid_out
 from grammarlab.city.layout_request import STYLES, BlockEdit, LayoutRequest, ParcelSizes
 from grammarlab.errors import UsageError
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import shapely
 
-from grammarlab.city.layout import Layout, laid_out
+from grammarlab.city.city_layout import Layout, laid_out
 from grammarlab.city.layout_file import write_parcels, write_streets
 from grammarlab.city.layout_request import LayoutRequest
 from grammarlab.city.map_shapes import read_streets

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import shapely
 
-from grammarlab.city.blocks import ring_of
+from grammarlab.city.city_blocks import ring_of
 from grammarlab.city.direction_field import FIELD_KINDS, DirectionField, directions_on
 from grammarlab.city.streets import SplitRules, StreetNetwork, street_network
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from grammarlab.arrays import Floats
-from grammarlab.city.layout import Layout
+from grammarlab.city.city_layout import Layout
 from grammarlab.city.layout_file import write_parcels, write_streets
 from grammarlab.city.plan import read_plan
 from grammarlab.errors import UsageError

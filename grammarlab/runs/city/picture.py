@@ -18,7 +18,7 @@ from grammarlab.files import atomic_file
 from grammarlab.rendering.camera import Camera, View, frame
 from grammarlab.rendering.raycast import RaycastRenderer
 from grammarlab.rendering.renderer import RenderOptions
-from grammarlab.runs.city.ground import GroundPieces, ground_pieces, ground_scene, kinds_of_parcels
+from grammarlab.runs.city.city_ground import GroundPieces, ground_pieces, ground_scene, kinds_of_parcels
 from grammarlab.runs.city.survey import Survey, surveyed
 from grammarlab.runs.city.tree_places import grown_cards, tree_places
 from grammarlab.runs.city.zone_rules import ZoneRules, make_buildings

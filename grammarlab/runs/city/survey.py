@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
-from grammarlab.city.layout import Layout, laid_out
+from grammarlab.city.city_layout import Layout, laid_out
 from grammarlab.city.layout_plan import LayoutPlan
 from grammarlab.city.map_shapes import read_shapes, read_streets
 from grammarlab.city.parcel_addresses import Pins, read_pins

@@ -16,6 +16,7 @@ from grammarlab.city.sites import Sites
 from grammarlab.derivation.forest import Forest, MissingAsset
 from grammarlab.errors import DerivationError, UsageError
 from grammarlab.export.surface_labels import SurfaceLabels
+from grammarlab.export.tiles.texture_colors import with_pictures
 from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.runs.city.semantics import surface_labels
 from grammarlab.runs.sample.checks import grammar_to_run
@@ -163,7 +164,7 @@ def _made_one_by_one(rules: ZoneRules, sites: Sites) -> MadeBuildings:
 
 def _made(rules: ZoneRules, sites: Sites, rows: Ints) -> MadeBuildings:
     forest = rules.source.derive(sites.lots()).forest
-    scene = realize(forest)
+    scene = with_pictures(realize(forest), rules.assets)
     require_finite(scene)
     return MadeBuildings(
         row=rows,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from grammarlab.runs.city.ground import KINDS, ground_pieces, ground_scene
+from grammarlab.runs.city.city_ground import KINDS, ground_pieces, ground_scene
 from grammarlab.scene import triangles
 
 PARCELS = np.array(

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from grammarlab.arrays import Flags, Ints, offsets_from_counts
-from grammarlab.city.blocks import BlockOutlines, block_outlines, ring_of, street_edges
+from grammarlab.city.city_blocks import BlockOutlines, block_outlines, ring_of, street_edges
 from grammarlab.city.direction_field import Directions, directions_on
 from grammarlab.city.layout_request import LayoutRequest, ParcelSizes
 from grammarlab.city.parcels import Outlines, Parcels
