@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from grammarlab.pages.city.decisions import (
     state_of,
     with_grammar,
 )
-from grammarlab.pages.city.ground_plan import GroundPlan, ground_plan
+from grammarlab.pages.city.ground_plan import GroundPlan, ground_placement, ground_plan
 from grammarlab.pages.city.parcel_facts import ParcelFacts
 from grammarlab.pages.city.site_labels import liked, site_labels
 from grammarlab.pages.city.zone_sessions import ZoneSessions
@@ -61,7 +61,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         self.folder = folder
         self.facts = ParcelFacts.read(folder)
         choices, self.plan = (Choices(Pins(), ""), None) if plan is None else read_choices(plan)
-        self.ground: GroundPlan | None = ground_plan(self.facts, folder, self.plan)
+        self._placement = ground_placement(self.facts, folder, self.plan)
         super().__init__(folder if self.plan is None else self.plan.pins, choices, saved=choices)
         self.sessions = None if self.plan is None else ZoneSessions(self.plan.folder, self.plan.seed)
         self.tiles = 0
@@ -72,6 +72,11 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         self._task = ""
         """What the builder does, in words."""
         self._learned: dict[str, str] = {}
+
+    @cached_property
+    def ground(self) -> GroundPlan | None:
+        """The ground; made when a window asks for it, while it loads the first tiles."""
+        return ground_plan(self.facts, self._placement)
 
     def accept(self, document: Choices) -> None:
         """Save choices before they become the current ones.

@@ -78,8 +78,8 @@ class GroundPlacement:
         return (east_north_up[:, [0, 2, 1]] * (1.0, 1.0, -1.0)).astype("<f4")
 
 
-def ground_plan(facts: ParcelFacts, folder: Path, plan: Plan | None) -> GroundPlan | None:
-    """The ground of a city; None if it has too many parcels.
+def ground_placement(facts: ParcelFacts, folder: Path, plan: Plan | None) -> GroundPlacement:
+    """Place of the ground of a city among its tiles.
 
     Args:
         facts: its parcels.
@@ -89,7 +89,15 @@ def ground_plan(facts: ParcelFacts, folder: Path, plan: Plan | None) -> GroundPl
     Raises:
         AssetError: If its tileset cannot be read.
     """
-    placement = GroundPlacement(facts.frame, _transform(folder), _elevation(facts.frame, plan))
+    return GroundPlacement(facts.frame, _transform(folder), _elevation(facts.frame, plan))
+
+
+def ground_plan(facts: ParcelFacts, placement: GroundPlacement) -> GroundPlan | None:
+    """The ground of a city; None if it has too many parcels. Streets among 10,000 parcels take 2 seconds.
+
+    Raises:
+        AssetError: If the coordinate system of the city cannot be used.
+    """
     if len(facts) > MOST_OUTLINES:
         return None
     points, offsets = _corners(facts.rows.outline)

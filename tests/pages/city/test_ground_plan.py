@@ -11,7 +11,7 @@ import shapely
 from grammarlab.city.parcel_addresses import Pins, excluded, rerolled
 from grammarlab.errors import UsageError
 from grammarlab.pages.city.decisions import Choices, changed_parcels, with_grammar
-from grammarlab.pages.city.ground_plan import ground_plan
+from grammarlab.pages.city.ground_plan import ground_placement, ground_plan
 from grammarlab.pages.city.parcel_facts import ParcelFacts
 from grammarlab.pages.city.street_surface import street_triangles
 from tests.pages.city.small_city import PLAN, write_city
@@ -20,7 +20,7 @@ from tests.pages.city.small_city import PLAN, write_city
 def test_outlines_lie_as_on_the_map(tmp_path: Path):
     ids = write_city(tmp_path)
     facts = ParcelFacts.read(tmp_path)
-    plan = ground_plan(facts, tmp_path, None)
+    plan = ground_plan(facts, ground_placement(facts, tmp_path, None))
     assert plan
     assert np.diff(plan.offsets).tolist() == [4] * len(ids)
     here = shapely.get_coordinates(shapely.get_exterior_ring(facts.rows.outline)).reshape(len(ids), 5, 2)[:, :4]
