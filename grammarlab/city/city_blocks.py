@@ -40,6 +40,15 @@ class BlockOutlines:
     def __len__(self) -> int:
         return len(self.polygon)
 
+    @classmethod
+    def concatenate(cls, parts: Sequence[BlockOutlines]) -> BlockOutlines:
+        """The blocks of several areas, in their order."""
+        return cls(
+            np.concatenate([np.empty(0, dtype=object), *(part.polygon for part in parts)]),
+            np.concatenate([np.empty(0, dtype=np.int64), *(part.path for part in parts)]),
+            np.concatenate([np.empty(0, dtype=np.int64), *(part.part for part in parts)]),
+        )
+
 
 def block_outlines(regions: Sequence[Region], obstacles: BaseGeometry) -> BlockOutlines:
     """The blocks of regions.

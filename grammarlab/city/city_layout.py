@@ -26,8 +26,9 @@ from grammarlab.city.layout_request import LayoutRequest, ParcelSizes
 from grammarlab.city.parcels import Outlines, Parcels
 from grammarlab.city.plot_cuts import Plots, smallest_boxes
 from grammarlab.city.shared_corners import with_shared_corners
+from grammarlab.city.street_chords import DECIMALS
 from grammarlab.city.street_lines import StreetLines
-from grammarlab.city.streets import Region, SplitRules, Street, street_network
+from grammarlab.city.streets import SplitRules, street_network
 from grammarlab.city.subdivision import PlotTree, SizeColumns, subdivided
 from grammarlab.errors import UsageError
 from grammarlab.randomness import Keys, fold, root_keys, uniforms
@@ -37,6 +38,8 @@ _BLOCK_LANE, _USE_LANE = 0, 1
 _SIMPLER, _LEAST_SIMPLER, _MOST_SIMPLER = 0.25, 0.05, 4.0
 """Tolerance: distance by which the outline is simplified, as a share of the width of the street along it, half of which
 is inside; and its limits in metres."""
+_LEAST_STREET = 0.1
+"""Tolerance: metres; shorter pieces, between holes that touch, are left out."""
 _PLACE_RADIUS = 1.25
 """Prior: radius of the open place at the centre of a radial field, in widths of the widest street."""
 _LEAST_BREADTH = 10.0
@@ -79,14 +82,12 @@ def laid_out(request: LayoutRequest) -> Layout:
         UsageError: If no block fits, or an edit names a block that does not exist.
     """
     parts = _parts(request)
-    streets: list[Street] = []
-    regions: list[Region] = []
-    for number, part in enumerate(parts):
-        network_streets, network_regions = _network(request, part, number, len(parts))
-        streets += network_streets
-        regions += network_regions
-    lines = _street_lines(request, parts, streets)
-    blocks = block_outlines(regions, _obstacles(request, parts, lines))
+    drawn = [_divided(request, part, number, len(parts)) for number, part in enumerate(parts)]
+    lines = StreetLines(
+        np.concatenate([np.empty(0, dtype=object), *(streets.line for streets, _ in drawn)]),
+        np.concatenate([np.empty(0), *(streets.width for streets, _ in drawn)]),
+    )
+    blocks = BlockOutlines.concatenate([outlines for _, outlines in drawn])
     if not len(blocks):
         raise UsageError(
             f"no block fits: the outline has {request.outline.area:,.0f} m², and a street of "
@@ -108,8 +109,8 @@ def _parts(request: LayoutRequest) -> list[shapely.Polygon]:
     return sorted(parts, key=lambda part: part.bounds)
 
 
-def _network(request: LayoutRequest, part: shapely.Polygon, number: int, num: int) -> tuple[list[Street], list[Region]]:
-    """Streets and regions of a part of the outline. Paths of several parts begin as those of a tree of the parts."""
+def _divided(request: LayoutRequest, part: shapely.Polygon, number: int, num: int) -> tuple[StreetLines, BlockOutlines]:
+    """Streets and blocks of a part of the outline. Paths of several parts begin as those of a tree of the parts."""
     rules = SplitRules(
         widths=request.widths,
         block_area=request.block_area,
@@ -118,69 +119,52 @@ def _network(request: LayoutRequest, part: shapely.Polygon, number: int, num: in
         seed=request.seed,
         root=(1 << (num - 1).bit_length()) + number,
     )
-    filled = shapely.Polygon(part.exterior)
-    network = street_network(ring_of(filled, request.outline_street), _directions(request, part), rules)
-    return list(network.streets), list(network.regions)
-
-
-def _directions(request: LayoutRequest, part: shapely.Polygon) -> Directions:
-    return directions_on(request.field, part)
-
-
-def _street_lines(request: LayoutRequest, parts: list[shapely.Polygon], streets: list[Street]) -> StreetLines:
-    """Centre lines of all streets, without what is in holes."""
-    lines = np.array([shapely.linestrings(street.points) for street in streets], dtype=object)
-    width = np.array([street.width for street in streets], dtype=np.float64)
-    holes = shapely.union_all([shapely.Polygon(ring) for part in parts for ring in part.interiors])
-    if len(lines) and not holes.is_empty:
-        lines = shapely.difference(lines, holes)
-    around = [shapely.LineString(ring.coords) for part in parts for ring in (part.exterior, *part.interiors)]
+    directions = directions_on(request.field, part)
+    network = street_network(ring_of(shapely.Polygon(part.exterior), request.outline_street), directions, rules)
+    streets = np.array([shapely.LineString(street.points) for street in network.streets], dtype=object)
+    width = np.array([street.width for street in network.streets], dtype=np.float64)
+    holes = shapely.union_all([shapely.Polygon(ring) for ring in part.interiors])
+    if len(streets) and part.interiors:
+        streets = shapely.difference(streets, holes)
     if request.outline_street > 0:
-        lines = np.concatenate([lines, np.array(around, dtype=object)])
-        width = np.concatenate([width, np.full(len(around), request.outline_street)])
-    links = _links(parts, lines)
-    lines = np.concatenate([lines, links])
-    width = np.concatenate([width, np.full(len(links), request.widths[-1])])
-    pieces, row = shapely.get_parts(lines, return_index=True)
-    is_line = shapely.get_type_id(pieces) == shapely.GeometryType.LINESTRING
-    return StreetLines(pieces[is_line], width[row[is_line]])
+        rings = np.array([shapely.LineString(ring.coords) for ring in (part.exterior, *part.interiors)], dtype=object)
+        streets = np.concatenate([streets, rings])
+        width = np.concatenate([width, np.full(len(rings), request.outline_street)])
+    links = _links(part, streets)
+    obstacles = shapely.union_all(
+        [
+            shapely.buffer(holes, request.outline_street / 2, join_style="mitre"),
+            *shapely.buffer(links, request.widths[-1] / 2, cap_style="square"),
+            _place(request, part, directions),
+        ]
+    )
+    pieces, row = shapely.get_parts(np.concatenate([streets, links]), return_index=True)
+    width = np.concatenate([width, np.full(len(links), request.widths[-1])])[row]
+    is_street = shapely.length(pieces) > _LEAST_STREET
+    return StreetLines(pieces[is_street], width[is_street]), block_outlines(network.regions, obstacles)
 
 
-def _links(parts: list[shapely.Polygon], lines: NDArray[np.object_]) -> NDArray[np.object_]:
-    """Streets from holes to the nearest street, for holes that none reaches."""
+def _links(part: shapely.Polygon, streets: NDArray[np.object_]) -> NDArray[np.object_]:
+    """Streets from the holes of a part to the nearest street, for holes that no street reaches."""
     links = []
-    for part in parts:
-        rings = [shapely.LineString(ring.coords) for ring in part.interiors]
-        for ring in rings:
-            others = lines[~shapely.equals_exact(lines, ring, 0.0)] if len(lines) else lines
-            others = np.concatenate([others, np.array([shapely.LineString(part.exterior.coords)], dtype=object)])
-            distance = shapely.distance(others, ring)
-            nearest = int(distance.argmin())
-            if distance[nearest] > 0:
-                link = shapely.shortest_line(ring, others[nearest])
-                links.append(shapely.transform(link, lambda points: np.round(points, 3)))
+    for interior in part.interiors:
+        ring = shapely.LineString(interior.coords)
+        others = streets[~shapely.equals_exact(streets, ring, 0.0)] if len(streets) else streets
+        others = np.concatenate([others, np.array([shapely.LineString(part.exterior.coords)], dtype=object)])
+        distance = shapely.distance(others, ring)
+        nearest = int(distance.argmin())
+        if distance[nearest] > 0:
+            link = shapely.shortest_line(ring, others[nearest])
+            links.append(shapely.transform(link, lambda points: np.round(points, DECIMALS)))
     return np.array(links, dtype=object)
 
 
-def _obstacles(request: LayoutRequest, parts: list[shapely.Polygon], lines: StreetLines) -> BaseGeometry:
-    """Ground that belongs to no block, but for the streets around regions."""
-    areas: list[BaseGeometry] = []
-    holes = [shapely.Polygon(ring) for part in parts for ring in part.interiors]
-    if holes:
-        areas += [shapely.buffer(hole, request.outline_street / 2, join_style="mitre") for hole in holes]
-        links = lines.line[-len(holes) :]
-        areas += [
-            shapely.buffer(link, request.widths[-1] / 2, cap_style="square")
-            for link in links
-            if shapely.get_num_points(link) == 2
-        ]
-    if request.field.kind != "grid":
-        radius = _PLACE_RADIUS * request.widths[0]
-        for part in parts:
-            centre = shapely.Point(_directions(request, part).centre)
-            if part.area > (16.0 * radius) ** 2 and part.contains(centre.buffer(4.0 * radius)):
-                areas.append(shapely.buffer(centre, radius, quad_segs=8))
-    return shapely.union_all(areas)
+def _place(request: LayoutRequest, part: shapely.Polygon, directions: Directions) -> BaseGeometry:
+    """The open place where streets meet; empty if there is none, or no room for it."""
+    radius = _PLACE_RADIUS * request.widths[0]
+    centre = shapely.Point(directions.centre)
+    has_room = part.area > (16.0 * radius) ** 2 and part.contains(centre.buffer(4.0 * radius))
+    return centre.buffer(radius, quad_segs=8) if directions.has_centre and has_room else shapely.Point()
 
 
 def _paths(blocks: BlockOutlines) -> Ints:

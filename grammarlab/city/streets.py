@@ -261,7 +261,7 @@ def _cuts(
         across = float(np.arctan2(axis[0], -axis[1]))
         for chord in _chords(corners, field, profile, joints, place, across):
             cut = _cut_along(ring, _snapped(corners, chord, targets), width, axis)
-            if cut is None or not _is_simple(cut):
+            if cut is None or _badness(cut, rules) >= 1.0:
                 cut = _cut_along(ring, chord, width, axis)
             if cut is not None:
                 yield cut

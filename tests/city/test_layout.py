@@ -24,6 +24,8 @@ OUTLINES = {
         [shapely.box(0, 0, 300, 200), shapely.box(350, -90, 380, -60), shapely.affinity.translate(STAR, 500, 0)]
     ),
     "ring": shapely.Point(0, 0).buffer(350) - shapely.Point(0, 0).buffer(150),
+    "island in a lake": (shapely.Point(0, 0).buffer(450) - shapely.Point(0, 0).buffer(250))
+    | shapely.Point(0, 0).buffer(130),
     "needle": shapely.Polygon([(0, 0), (900, 40), (0, 90)]),
     "small": shapely.box(0, 0, 60, 45),
     "comb": shapely.union_all(

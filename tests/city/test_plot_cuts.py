@@ -1,3 +1,6 @@
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 import shapely
@@ -9,7 +12,7 @@ from grammarlab.city.plot_cuts import Plots, cuts_along, parts_of, smallest_boxe
 RNG = np.random.default_rng(2)
 
 
-def plots_of(polygons: list[shapely.Polygon]) -> Plots:
+def plots_of(polygons: Sequence[Any]) -> Plots:
     rings = [np.array(shapely.orient_polygons(polygon).exterior.coords)[:-1] for polygon in polygons]
     corners = np.concatenate(rings)
     return Plots(corners, RNG.random(len(corners)) < 0.5, offsets_from_counts(np.array([len(ring) for ring in rings])))

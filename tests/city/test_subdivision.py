@@ -1,3 +1,5 @@
+from typing import Any
+
 import numpy as np
 import pytest
 import shapely
@@ -10,7 +12,7 @@ from grammarlab.city.subdivision import PlotTree, SizeColumns, subdivided
 from grammarlab.randomness import root_keys
 
 
-def blocks_of(*polygons: shapely.Polygon) -> Plots:
+def blocks_of(*polygons: Any) -> Plots:
     rings = [np.array(shapely.orient_polygons(polygon).exterior.coords)[:-1] for polygon in polygons]
     corners = np.concatenate(rings)
     return Plots(corners, np.ones(len(corners), dtype=bool), offsets_from_counts(np.array([len(r) for r in rings])))
@@ -27,7 +29,7 @@ SHAPES = [
     shapely.box(200, 0, 230, 220),
     shapely.Polygon([(400, 0), (520, 10), (480, 90), (430, 60), (390, 120)]),
     shapely.Polygon([(600, 0), (720, 0), (660, 110)]),
-    shapely.Point(900, 0).buffer(60).difference(shapely.box(860, -30, 2000, 30)),
+    shapely.Point(900, 0).buffer(60) - shapely.box(860, -30, 2000, 30),
 ]
 
 

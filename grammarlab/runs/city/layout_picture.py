@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -58,30 +57,32 @@ def write_layout(plan: Path, parcels: Path, *, streets: Path | None = None, pict
 
 def draw_layout(layout: Layout) -> NDArray[np.uint8]:
     """Picture [height, width, 3] of a layout."""
-    streets = shapely.buffer(layout.streets.line, layout.streets.width / 2, cap_style="flat")
-    low_x, low_y, high_x, high_y = shapely.total_bounds(np.concatenate([layout.blocks.outline, streets])).tolist()
+    margins = layout.streets.width[:, None] / 2 * (-1, -1, 1, 1)
+    bounds = np.concatenate([shapely.bounds(layout.blocks.outline), shapely.bounds(layout.streets.line) + margins])
+    (low_x, low_y), (high_x, high_y) = bounds[:, :2].min(axis=0).tolist(), bounds[:, 2:].max(axis=0).tolist()
     scale = _SCALE * _LONG_SIDE / max(high_x - low_x, high_y - low_y)
     margin = _SCALE * _MARGIN
     size = (int((high_x - low_x) * scale) + 2 * margin, int((high_y - low_y) * scale) + 2 * margin)
     page = Image.new("RGB", size, PAPER)
     draw = ImageDraw.Draw(page)
 
-    def pixels(ring: shapely.LinearRing) -> list[tuple[float, float]]:
-        east_north: Floats = shapely.get_coordinates(ring)
+    def pixels(line: shapely.LineString) -> list[tuple[float, float]]:
+        east_north: Floats = shapely.get_coordinates(line)
         x, y = (east_north - (low_x, high_y)).T * scale * np.array([[1.0], [-1.0]]) + margin
         return list(zip(x.tolist(), y.tolist(), strict=True))
 
-    def fill(polygons: Sequence[shapely.Polygon], colour: tuple[int, int, int], outline: bool) -> None:
+    def fill(polygons: NDArray[np.object_], colour: tuple[int, int, int]) -> None:
         for polygon in polygons:
             corners = pixels(polygon.exterior)
             draw.polygon(corners, fill=colour)
-            if outline:
-                draw.line(corners, _EDGE, _SCALE)
+            draw.line(corners, _EDGE, _SCALE)
 
-    fill(list(shapely.get_parts(streets)), _STREET, outline=False)
-    is_open = layout.blocks.use == "open"
-    fill(list(layout.blocks.outline[is_open]), _STREET, outline=False)
+    for line, width in zip(layout.streets.line, layout.streets.width.tolist(), strict=True):
+        points = pixels(line)
+        if points[0] == points[-1]:
+            points.append(points[1])
+        draw.line(points, _STREET, max(round(width * scale), 1), joint="curve")
     is_park = np.array(layout.parcels.attributes["use"].to_pylist(), dtype=object) == "park"
-    fill(list(layout.parcels.outline[is_park]), _PARK, outline=True)
-    fill(list(layout.parcels.outline[~is_park]), _LOT, outline=True)
+    fill(layout.parcels.outline[is_park], _PARK)
+    fill(layout.parcels.outline[~is_park], _LOT)
     return np.asarray(page.resize((size[0] // _SCALE, size[1] // _SCALE), Image.Resampling.BOX))
