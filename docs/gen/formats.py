@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from grammarlab.city.zone_file import VERSION as ZONES
 from grammarlab.facade.file import VERSION as FACADE
 from grammarlab.matching.scans.element_files import VERSION as ELEMENTS
 from grammarlab.pages.record.store import STEPS
+from grammarlab.runs.city.parcel_table import FORMAT as PARCELS
 from grammarlab.runs.sample.derivations import FORMAT as DERIVATIONS
 from grammarlab.runs.sample.manifest import FORMAT as MANIFEST
 from grammarlab.synthesis.analysis.correction import VERSION as EXAMPLE
@@ -18,6 +20,8 @@ VERSIONS: Mapping[str, tuple[str, int]] = {
     "grammarlab.runs.sample.derivations": ("Derivations", DERIVATIONS),
     "grammarlab.runs.sample.manifest": ("Manifest of a run", MANIFEST),
     "grammarlab.pages.record.store": ("Scoring session", len(STEPS)),
+    "grammarlab.city.zone_file": ("Learned zones", ZONES),
+    "grammarlab.runs.city.parcel_table": ("Table of parcels", PARCELS),
 }
 """Name and version of each file format with a version, by the module that writes it."""
 
@@ -36,6 +40,9 @@ FILES: Mapping[str, tuple[str, str]] = {
         "`results.parquet` and others",
         "evaluation/file.md#results-of-an-evaluation",
     ),
+    "Plan of a city": ("`.toml`", "cities/file.md#the-plan"),
+    "Learned zones": ("`.zones.json`", "cities/file.md#learned-zones"),
+    "Table of parcels": ("`parcels.parquet`", "cities/file.md#parcelsparquet"),
     "Facade": ("`.facade.json`", "facades/file.md"),
     "Design of layers": ("`.toml`", "layers/file.md"),
     "Example of a building": ("`example.json`", "synthesis/file.md#example-of-a-building"),

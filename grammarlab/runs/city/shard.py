@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import pyarrow as pa
@@ -20,6 +21,7 @@ from grammarlab.city.parcels import Outlines
 from grammarlab.city.sites import Sites
 from grammarlab.errors import AssetError
 from grammarlab.export.cityjson import CityBuilding, building_line
+from grammarlab.export.model_files import whole_file
 from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.export.tiles.tile_models import TileModels
@@ -119,11 +121,12 @@ def read_record(folder: Path, cell: TileCell) -> ShardRecord | None:
 
 def build_shard(task: ShardTask) -> ShardRecord:
     """Derive the buildings of a shard and write its tiles; its record comes last."""
-    builder = _Builder(task)
     (task.home / RECORD).unlink(missing_ok=True)
-    summary = write_shard(task.folder, task.grid, task.placement, task.cell, builder.leaves())
-    if task.cityjson:
-        (task.home / CITYJSON).write_bytes(b"".join(builder.lines))
+    with ExitStack() as stack:
+        # One building has up to megabytes of lines, so they do not wait in memory.
+        lines = stack.enter_context(whole_file(task.home / CITYJSON)).stream if task.cityjson else None
+        builder = _Builder(task, lines)
+        summary = write_shard(task.folder, task.grid, task.placement, task.cell, builder.leaves())
     record = ShardRecord(
         key=task.key(),
         num_tiles=summary.num_tiles,
@@ -140,13 +143,13 @@ def build_shard(task: ShardTask) -> ShardRecord:
 class _Builder:
     """Derives the buildings of a shard, leaf by leaf, and collects what is known of them."""
 
-    def __init__(self, task: ShardTask) -> None:
+    def __init__(self, task: ShardTask, lines: IO[bytes] | None) -> None:
         self._task = task
         self._ids: list[str] = task.ids.tolist()
         self.failures: dict[str, str] = {}
         self.reports: dict[str, dict[str, float]] = {}
         self.missing_assets: set[str] = set()
-        self.lines: list[bytes] = []
+        self._lines = lines
 
     def leaves(self) -> Iterator[tuple[TileCell, TileModels]]:
         """Leaves with their buildings, in Morton order."""
@@ -189,8 +192,8 @@ class _Builder:
             if len(here) and buildings.scene is not None:
                 scenes.append(of_models(buildings.scene, here))
                 rows.append(sites[here])
-                if self._task.cityjson:
-                    self._add_lines(buildings, here, sites[here])
+                if self._lines is not None:
+                    self._lines.writelines(self._cityjson(buildings, here, sites[here]))
         if not scenes:
             return None
         scene, row = joined(scenes), np.concatenate(rows)
@@ -219,7 +222,8 @@ class _Builder:
                 self.reports[ids[rows[row]]] = dict(report)
         self.missing_assets.update(missing.path for missing in buildings.missing_assets)
 
-    def _add_lines(self, buildings: MadeBuildings, models: Ints, rows: Ints) -> None:
+    def _cityjson(self, buildings: MadeBuildings, models: Ints, rows: Ints) -> Iterator[bytes]:
+        """Lines of CityJSON of some buildings."""
         sites, scene = self._task.sites, buildings.scene
         if scene is None:
             return
@@ -242,7 +246,7 @@ class _Builder:
                     "reroll": int(sites.reroll[row]),
                 },
             )
-            self.lines.append(building_line(building))
+            yield building_line(building)
 
 
 def heights_of(scene: Scene) -> Floats:
