@@ -14,7 +14,7 @@ from time import perf_counter
 import numpy as np
 
 from grammarlab.about import __version__
-from grammarlab.arrays import Ints, offsets_from_counts
+from grammarlab.arrays import Ints
 from grammarlab.city.plan import read_plan
 from grammarlab.export.cityjson import head_line
 from grammarlab.export.model_files import whole_file
@@ -24,8 +24,7 @@ from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.files import folder_below, write_text
 from grammarlab.geometry.footprints.footprint import Remark
-from grammarlab.runs.city.parcel_rows import ParcelRows
-from grammarlab.runs.city.parcel_table import ParcelTableWriter
+from grammarlab.runs.city.parcel_listing import ParcelListing
 from grammarlab.runs.city.shard import (
     CITYJSON,
     FOLDER,
@@ -52,8 +51,6 @@ FAILED = "failed"
 """Reason of parcels whose building could not be derived."""
 BUILDINGS_TILESET = "buildings.json"
 """Tileset of the buildings, where there are trees."""
-TILES = "t"
-"""Folder of the tiles, by level and column."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -122,7 +119,9 @@ def build_city(
         num_tiles = _write_tilesets(folder, survey, [task.cell for task in tasks], trees, implicit=implicit)
         failures = {name: message for record in records for name, message in record.failures.items()}
         reason = _reasons(survey, failures)
-        _write_table(folder / PARCELS, survey, zones, tasks, records, reason)
+        reports = {name: report for record in records for name, report in record.reports.items()}
+        grid, _ = _geography(survey)
+        ParcelListing(survey=survey, zones=zones, grid=grid, reason=reason, reports=reports).write(folder / PARCELS)
         if cityjson:
             _write_buildings(folder / BUILDINGS, survey, tasks)
         _write_city(folder / CITY, survey, zones, implicit=implicit)
@@ -238,58 +237,6 @@ def _reasons(survey: Survey, failures: Mapping[str, str]) -> np.ndarray:
     reason = survey.reason.copy()
     reason[np.isin(survey.parcels.id, list(failures))] = FAILED
     return reason
-
-
-def _write_table(
-    path: Path,
-    survey: Survey,
-    zones: Sequence[ZoneRules],
-    tasks: Sequence[ShardTask],
-    records: Sequence[ShardRecord],
-    reason: np.ndarray,
-) -> None:
-    parcels, sites, num = survey.parcels, survey.sites, len(survey.parcels)
-    columns = {name: np.full(num, "", object) for name in ("zone", "grammar", "tile")}
-    names = np.array([rules.zone for rules in zones], object)
-    hashes = np.array([rules.hash for rules in zones], object)
-    columns["zone"][sites.parcel] = names[sites.zone]
-    built = reason[sites.parcel] == ""
-    columns["grammar"][sites.parcel[built]] = hashes[sites.zone[built]]
-    for task in tasks:
-        leaves = task.grid.leaves(task.sites.corner)
-        columns["tile"][task.sites.parcel] = [f"{TILES}/{task.grid.leaf_level}/{x}/{y}.glb" for x, y in leaves.tolist()]
-    columns["tile"][reason != ""] = ""
-    reports = {key: np.full(num, np.nan) for record in records for report in record.reports.values() for key in report}
-    row_of = {name: row for row, name in enumerate(parcels.id.tolist())} if reports else {}
-    for record in records:
-        for name, report in record.reports.items():
-            for key, value in report.items():
-                reports[key][row_of[name]] = value
-    lot = np.full(num, None, object)
-    lot[sites.parcel] = lot_outlines(sites)
-    seed, model, reroll = np.full(num, survey.plan.seed, np.uint64), np.zeros(num, np.uint64), np.zeros(num, np.int64)
-    seed[sites.parcel], model[sites.parcel], reroll[sites.parcel] = sites.seed, sites.model, sites.reroll
-    widths = sites.footprints.street_width
-    counts = np.zeros(num, np.int64)
-    if widths is not None:
-        counts[sites.parcel] = np.diff(sites.footprints.offsets)
-    with ParcelTableWriter(path, parcels.frame) as writer:
-        writer.add(
-            ParcelRows(
-                id=parcels.id,
-                outline=parcels.outline,
-                lot=lot,
-                reason=reason,
-                seed=seed,
-                model=model,
-                reroll=reroll,
-                area=parcels.area,
-                street_width=np.zeros(0) if widths is None else widths,
-                lot_edges=offsets_from_counts(counts),
-                reports=reports,
-                **columns,
-            )
-        )
 
 
 def _write_buildings(path: Path, survey: Survey, tasks: Sequence[ShardTask]) -> None:

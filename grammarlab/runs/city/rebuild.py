@@ -9,7 +9,8 @@ from time import time_ns
 
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import read_bounded
-from grammarlab.runs.city.build import BUILDINGS, CITY, TILES, build_city
+from grammarlab.runs.city.build import BUILDINGS, CITY, build_city
+from grammarlab.runs.city.parcel_listing import TILES
 
 _MAX_BYTES = 1 << 26
 
