@@ -24,6 +24,10 @@ export const ZONE_COLOURS = ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#cc79a
 const HEIGHT = 40;
 /** Metres around a parcel in which its street is looked for, and directions. */
 const REACH = 80;
+/** Metres that one sees along a street, at most. */
+const FARTHEST = 150;
+/** Metres from a point on a street to its edges, at most. */
+const WIDEST = 20;
 const TURNS = 48;
 
 /** @param {number} zone */
@@ -115,7 +119,7 @@ export function makeGround(stage, ground) {
       return { x: place.x + away * Math.cos(best.angle), z: place.z + away * Math.sin(best.angle) };
     },
     /**
-     * The point nearest to another one on no parcel: on a street.
+     * The middle of the street that is nearest to a point.
      * @param {number} x
      * @param {number} z
      */
@@ -123,10 +127,34 @@ export function makeGround(stage, ground) {
       for (let radius = 0; radius < 120; radius += 2)
         for (let turn = 0; turn < 16; turn++) {
           const angle = ((turn + 4) * Math.PI) / 8;
-          const [east, south] = [x + radius * Math.cos(angle), z + radius * Math.sin(angle)];
-          if (rowAt(east, south) === undefined) return { x: east, z: south };
+          const [east, south] = [Math.cos(angle), Math.sin(angle)];
+          if (rowAt(x + radius * east, z + radius * south) !== undefined) continue;
+          let [near, far] = [radius, radius];
+          while (near > radius - WIDEST && rowAt(x + (near - 1) * east, z + (near - 1) * south) === undefined)
+            near -= 1;
+          while (far < radius + WIDEST && rowAt(x + (far + 1) * east, z + (far + 1) * south) === undefined) far += 1;
+          const middle = (near + far) / 2;
+          return { x: x + middle * east, z: z + middle * south };
         }
       return { x, z };
+    },
+    /**
+     * The direction in which one sees farthest along streets, in radians from the east to the south.
+     * @param {{ x: number, z: number }} from
+     * @param {{ x: number, z: number }} forward which of two alike is taken
+     */
+    alongStreet({ x, z }, forward) {
+      const around = near({ x, z }, FARTHEST);
+      let best = { angle: 0, worth: -1 };
+      for (let turn = 0; turn < TURNS; turn++) {
+        const angle = (2 * Math.PI * turn) / TURNS;
+        const [east, south] = [Math.cos(angle), Math.sin(angle)];
+        let reach = 0;
+        while (reach < FARTHEST && !around.some((row) => isIn(row, x + reach * east, z + reach * south))) reach += 3;
+        const worth = reach * (east * forward.x + south * forward.z > 0 ? 1 : 0.7);
+        if (worth > best.worth) best = { angle, worth };
+      }
+      return best.angle;
     },
     /** The id that many built parcels further in the order of the table, which follows places. @param {string} id @param {number} step */
     neighbour(id, step) {

@@ -168,12 +168,14 @@ export function makeView(canvas, tell) {
         return;
       }
       const place = ground?.placeOf(marked);
-      const at = place ? new Vector3(place.x, place.ground + 5, place.z) : orbit.target.clone();
-      const from = (place ? ground?.streetBefore(place) : ground?.streetNear(at.x, at.z)) ?? at;
-      // Without a building one looks along the street in the direction of the view from above.
-      const far = camera.getWorldDirection(new Vector3()).setY(0).normalize().multiplyScalar(100);
       orbit.enable(false);
-      walk.begin(from, place ? at : far.add(at));
+      if (place && ground)
+        return walk.begin(ground.streetBefore(place), new Vector3(place.x, place.ground + 5, place.z));
+      // Without a building one looks along the street, as far as possible in the direction of the view from above.
+      const forward = camera.getWorldDirection(new Vector3()).setY(0).normalize();
+      const from = ground?.streetNear(orbit.target.x, orbit.target.z) ?? orbit.target;
+      const angle = ground?.alongStreet(from, forward) ?? Math.atan2(forward.z, forward.x);
+      walk.begin(from, new Vector3(from.x + 100 * Math.cos(angle), orbit.target.y, from.z + 100 * Math.sin(angle)));
     },
   };
 }

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 SURFACES = ("street", "pavement")
 _STREET, _PAVEMENT = 10.0, 2.0
 """Metres around parcels that are street, and pavement."""
+_WIDEST = 32.0
+"""Width in metres up to which what lies between parcels is a street."""
 _CLOSING = 1.0
 """Gaps between parcels up to twice this width in metres are not streets."""
 _STEP = 15.0
@@ -31,7 +33,8 @@ def street_triangles(outlines: NDArray[np.object_]) -> Surfaces:
     parcels = shapely.union_all(valid, grid_size=_GRID)
     blocks = shapely.buffer(shapely.buffer(parcels, _CLOSING, join_style="mitre"), -_CLOSING, join_style="mitre")
     pavement = shapely.buffer(blocks, _PAVEMENT, join_style="mitre")
-    street = shapely.buffer(blocks, _STREET, join_style="mitre")
+    wide = shapely.buffer(blocks, _WIDEST / 2, join_style="mitre")
+    street = shapely.buffer(wide, _STREET - _WIDEST / 2, join_style="mitre")
     parts = [
         _triangles(shapely.difference(outer, inner, grid_size=_GRID))
         for outer, inner in ((street, pavement), (pavement, blocks))
