@@ -51,6 +51,8 @@ _SQUARE = 1.6
 plot of 1 to 1.25 have 1.6."""
 _PART_LANE = 16
 """First of both words that lead from the key of a plot to those of its parts."""
+_CLEARANCE = 0.02
+"""Tolerance: metres between a corner and other edges of a plot, above which they are clearly apart."""
 _STOP, _PLACE, _ASPECT, _BLOCK = 0, 1, 2, 3
 """Sites of draws below the key of a plot."""
 
@@ -157,9 +159,7 @@ def _cut(nodes: _Nodes, corners: Floats) -> tuple[_Nodes, _Nodes, Floats]:
     if not len(pending.plots):
         return final, pending, corners
     cuts = snapped(pending.plots, _best_cuts(pending), corners)
-    # Beside an arc, a cut whose end has moved may cross it.
-    is_simple = np.all([shapely.is_valid(part.outline) for part in parts_of(pending.plots, cuts)], axis=0)
-    cuts = cuts.take(np.flatnonzero(is_simple))
+    cuts = cuts.take(np.flatnonzero(_are_clear(pending.plots, cuts)))
     is_cut = np.zeros(len(pending.plots), dtype=np.bool_)
     is_cut[cuts.row] = True
     parents = pending.take(cuts.row)
@@ -176,6 +176,16 @@ def _cut(nodes: _Nodes, corners: Floats) -> tuple[_Nodes, _Nodes, Floats]:
     ]
     final = _joined([final, pending.take(np.flatnonzero(~is_cut))])
     return final, _joined(parts), np.concatenate([corners, cuts.end.reshape(-1, 2)])
+
+
+def _are_clear(plots: Plots, cuts: Cuts) -> Flags:
+    """[K] whether both parts are valid and have no neck that their plot does not have.
+
+    Beside an arc, a cut whose end has moved may cross it, or almost touch it.
+    """
+    clearance = np.minimum(_CLEARANCE, shapely.minimum_clearance(plots.outline[cuts.row]))
+    parts = [part.outline for part in parts_of(plots, cuts)]
+    return np.all([shapely.is_valid(part) & (shapely.minimum_clearance(part) >= clearance) for part in parts], axis=0)
 
 
 def _joined(parts: list[_Nodes]) -> _Nodes:
