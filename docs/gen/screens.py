@@ -66,10 +66,19 @@ def next_best(page: Page) -> None:
     expect(page.locator(".fl-busy")).to_have_count(0)
 
 
+def a_building(page: Page) -> None:
+    """The quarter from above, with the building in the middle of the picture."""
+    expect(page.locator(".ct-progress")).to_be_empty()
+    page.locator("canvas").click()
+    expect(page.locator(".ct-rules li")).not_to_have_count(0)
+
+
 SCREENS = {
     "scoring.jpg": Screen(("score", "building", "--session", "OUT", "--seed", "5"), new_models, (1360, 860)),
     "scoring_trees.jpg": Screen(("score", "oak", "--session", "OUT", "--seed", "5"), new_models, (1360, 860)),
     "facade_page.jpg": Screen(("facade", "open", f"{FACADES}/arcade.json", "-o", "OUT"), one_column_more, (1360, 860)),
+    # After `make quarter`.
+    "city_page.jpg": Screen(("city", "open", "out/quarter/city"), a_building, (1360, 860)),
     "layers_page.png": Screen(("facade", "open", f"{FACADES}/apartment.toml", "-o", "OUT"), next_best),
 }
 

@@ -17,9 +17,9 @@ from tests.signals import with_sigint
 from tests.waiting import PATIENCE
 
 
-def started(*arguments, cwd):
+def started(*arguments, cwd, command=("facade", "open")):
     """The command in a process of its own."""
-    command = [sys.executable, "-c", "from grammarlab.cli import main; main()", "facade", "open", *arguments]
+    command = [sys.executable, "-c", "from grammarlab.cli import main; main()", *command, *arguments]
     return subprocess.Popen(
         with_sigint("SIG_DFL", command),
         stdout=subprocess.PIPE,
