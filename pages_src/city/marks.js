@@ -1,8 +1,10 @@
-import { Box3, BufferGeometry, Float32BufferAttribute, Line, LineBasicMaterial } from "three";
+import { Box3, BufferGeometry, Float32BufferAttribute, Line, LineBasicMaterial, Vector3 } from "three";
 import { partsOf } from "./features.js";
 import { markMaterial } from "./scene.js";
 
 const COLOUR = 0xff7a1a;
+/** Opacity of the mark, and metres at which it would be opaque. */
+const [FAINTEST, STRONGEST, FAR] = [0.22, 0.85, 500];
 
 /**
  * The mark of the selected building, in all tiles that show it.
@@ -11,13 +13,19 @@ const COLOUR = 0xff7a1a;
  */
 export function makeMarks(stage, tiles) {
   const material = markMaterial(COLOUR);
-  const outline = new Line(new BufferGeometry(), new LineBasicMaterial({ color: COLOUR, fog: false }));
+  const outline = new Line(
+    new BufferGeometry(),
+    new LineBasicMaterial({ color: COLOUR, fog: false, depthTest: false }),
+  );
   outline.frustumCulled = false;
+  outline.renderOrder = 1;
   outline.raycast = () => {};
   stage.scene.add(outline);
   /** @type {import("three").Mesh[]} */
   let parts = [];
   let marked = "";
+  /** @type {Vector3 | null} of the marked parcel */
+  let middle = null;
 
   function clear() {
     for (const part of parts) {
@@ -37,6 +45,11 @@ export function makeMarks(stage, tiles) {
 
   return {
     refresh,
+    /** Marks what is far away more strongly; colours of what is near stay visible. @param {Vector3} eye */
+    fade(eye) {
+      if (!middle) return;
+      material.opacity = Math.min(Math.max(eye.distanceTo(middle) / FAR, FAINTEST), STRONGEST);
+    },
     /** The box around the marked building; null if no tile shows it. */
     bounds() {
       const box = new Box3();
@@ -46,6 +59,7 @@ export function makeMarks(stage, tiles) {
     /** @param {string} id of a building; empty for none @param {number[]} points of its parcel: x, y, z */
     mark(id, points) {
       marked = id;
+      middle = points.length ? new Box3().setFromArray(points).getCenter(new Vector3()) : null;
       outline.geometry.dispose();
       outline.geometry = new BufferGeometry();
       outline.geometry.setAttribute("position", new Float32BufferAttribute(points, 3));

@@ -221,7 +221,6 @@ export function markMaterial(colour) {
   return new MeshBasicMaterial({
     color: colour,
     transparent: true,
-    opacity: 0.25,
     depthWrite: false,
     polygonOffset: true,
     polygonOffsetFactor: -2,

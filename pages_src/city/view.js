@@ -42,6 +42,7 @@ export function makeView(canvas, tell) {
     if (walk.active) walk.update();
     else orbit.update();
     tiles.update();
+    marks.fade(camera.position);
     tell.progress(tiles.isLoading ? "loading buildings…" : "");
   }
 
