@@ -11,11 +11,7 @@ from PIL import Image, ImageDraw
 
 from grammarlab.arrays import Floats
 from grammarlab.city.city_layout import Layout
-from grammarlab.city.layout_file import write_parcels, write_streets
-from grammarlab.city.plan import read_plan
-from grammarlab.errors import UsageError
 from grammarlab.files import atomic_file
-from grammarlab.runs.city.survey import layout_of
 from grammarlab.runs.sample.contact_sheet import PAPER
 
 _LONG_SIDE = 1600
@@ -27,32 +23,14 @@ _SCALE = 2
 _STREET, _PARK, _LOT, _EDGE = (208, 206, 200), (178, 206, 158), (247, 243, 230), (120, 110, 96)
 
 
-def write_layout(plan: Path, parcels: Path, *, streets: Path | None = None, picture: Path | None = None) -> Layout:
-    """Write the layout of a plan as files.
-
-    Args:
-        plan: file of the plan, with a table ``[layout]``.
-        parcels: GeoJSON of the parcels.
-        streets: GeoJSON of the streets; None for none.
-        picture: PNG of the plan; None for none.
-
-    Returns:
-        The layout.
+def write_layout_picture(layout: Layout, path: Path) -> None:
+    """Write the picture of a layout as a PNG file.
 
     Raises:
-        GrammarlabError: If the plan has no layout, or it cannot be made.
+        OSError: If the file cannot be written.
     """
-    read = read_plan(plan)
-    if read.layout is None:
-        raise UsageError(f"{plan}: expected a table [layout]; this plan reads its parcels from {read.parcels}.")
-    layout = layout_of(read.layout, read.crs)
-    write_parcels(layout, parcels)
-    if streets is not None:
-        write_streets(layout, streets)
-    if picture is not None:
-        with atomic_file(picture) as part:
-            Image.fromarray(draw_layout(layout)).save(part, "PNG")
-    return layout
+    with atomic_file(path) as part:
+        Image.fromarray(draw_layout(layout)).save(part, "PNG")
 
 
 def draw_layout(layout: Layout) -> NDArray[np.uint8]:
