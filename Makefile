@@ -140,7 +140,7 @@ STREET  := 400,319,84
 quarter: $(VENV)/.learn  # three zones learned from simulated persons, and the city
 	mkdir -p $(QUARTER)
 	for zone in offices downtown houses; do \
-		$(BIN)/grammarlab label scenarios/city/$$zone.toml -n 96 --seed 1 -o $(QUARTER)/$$zone.csv && \
+		$(BIN)/grammarlab label scenarios/city/$$zone.toml -n 80 --seed 1 -o $(QUARTER)/$$zone.csv && \
 		$(BIN)/grammarlab learn quarter --labels $(QUARTER)/$$zone.csv -o $(QUARTER)/$$zone.cga || exit 1; done
 	$(CITY) learn grammars/city/quarter.plan.toml --answers grammars/city/answers.csv -o $(QUARTER)/quarter.zones.json
 	$(CITY) build grammars/city/quarter.plan.toml -o $(QUARTER)/city
