@@ -100,6 +100,7 @@ def test_a_building_is_chosen_changed_and_scored(opened: Callable[..., Page], tm
     expect(page.get_by_role("button", name="Include", exact=True)).to_be_enabled()
     assert read_pins(tmp_path / "pins.csv").get(second).zone == EXCLUDED
     expect(page.get_by_text("22 buildings, 1 excluded, 1 small")).to_be_visible()
+    loaded(page)
 
 
 def test_parcels_are_found_and_walked_to(opened: Callable[..., Page]) -> None:

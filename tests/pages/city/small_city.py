@@ -17,6 +17,7 @@ from pyproj import Transformer
 
 from grammarlab.city.parcel_addresses import Pins, addresses, read_pins
 from grammarlab.city.plan import read_plan
+from grammarlab.files import write_bytes, write_text
 from grammarlab.geometry.footprints.frame import Frame
 from grammarlab.runs.city.parcel_rows import ParcelRows
 from grammarlab.runs.city.parcel_table import ParcelTableWriter
@@ -97,7 +98,7 @@ def write_tiles(folder: Path, ids: list[str], corner: NDArray[np.float64], heigh
     high = low + np.column_stack([np.full((len(ids), 2), 12.0), heights])
     for name, shrink in (("coarse", 0.0), ("full", 0.3)):
         inward = np.array([shrink, shrink, 0])
-        (folder / "tiles" / f"{name}.glb").write_bytes(glb(ids, low + inward, high - inward))
+        write_bytes(folder / "tiles" / f"{name}.glb", glb(ids, low + inward, high - inward), lasting=False)
     middle, half = (low.min(0) + high.max(0)) / 2, (high.max(0) - low.min(0)) / 2
     box = [*middle, half[0], 0, 0, 0, half[1], 0, 0, 0, half[2]]
     child = {"boundingVolume": {"box": box}, "geometricError": 0, "content": {"uri": "tiles/full.glb"}}
@@ -110,7 +111,7 @@ def write_tiles(folder: Path, ids: list[str], corner: NDArray[np.float64], heigh
         "children": [child],
     }
     tileset = {"asset": {"version": "1.1"}, "geometricError": 16, "root": root}
-    (folder / "tileset.json").write_text(json.dumps(tileset))
+    write_text(folder / "tileset.json", json.dumps(tileset))
 
 
 def east_north_up(easting: float, northing: float) -> NDArray[np.float64]:
