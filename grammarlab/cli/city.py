@@ -63,6 +63,9 @@ def layout(
     streets: Annotated[
         Path | None, typer.Option("--streets", help="Map of the streets (.geojson) as well.", dir_okay=False)
     ] = None,
+    picture: Annotated[
+        Path | None, typer.Option("--picture", help="Picture of the layout (.png) as well.", dir_okay=False)
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write the parcels of a plan without a map, to be edited and read as a map."""
@@ -79,6 +82,10 @@ def layout(
         write_parcels(made, output)
         if streets is not None:
             write_streets(made, streets)
+        if picture is not None:
+            from grammarlab.runs.city.layout_picture import write_layout_picture
+
+            write_layout_picture(made, picture)
         if as_json:
             print_json({"file": str(output), "parcels": len(made.parcels), "streets": len(made.streets)})
         else:
@@ -89,9 +96,14 @@ def layout(
 def learn(
     plan: PlanFile,
     answers: Annotated[
-        Path,
-        typer.Option("--answers", help="Table of answers: id,zone or id,zone,score.", exists=True, dir_okay=False),
-    ],
+        Path | None,
+        typer.Option(
+            "--answers",
+            help="Table of answers: id,zone or id,zone,score. Default: name the parcels to ask about first.",
+            exists=True,
+            dir_okay=False,
+        ),
+    ] = None,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="File of the zones. Default: the one that the plan names.", dir_okay=False),
@@ -100,8 +112,17 @@ def learn(
 ) -> None:
     """Learn where the zones of a plan are from right zones, or scores of zones, of a few parcels."""
     with friendly_errors():
-        from grammarlab.runs.city.learn import learn_zones
+        from grammarlab.runs.city.learn import learn_zones, questions
 
+        if answers is None:
+            first = questions(plan)
+            if as_json:
+                print_json({"questions": list(first)})
+            else:
+                say("parcels to ask about first:")
+                for name in first:
+                    print_result(name)
+            return
         result = learn_zones(plan, answers, output)
         if result.unknown:
             say(f"left out: {len(result.unknown):,} answers about unknown parcels, such as {result.unknown[0]}")
