@@ -16,8 +16,7 @@ import numpy as np
 from grammarlab.about import __version__
 from grammarlab.arrays import Ints
 from grammarlab.city.plan import read_plan
-from grammarlab.export.cityjson import head_line
-from grammarlab.export.model_files import whole_file
+from grammarlab.export.cityjson import CityJsonWriter
 from grammarlab.export.tiles.city_tileset import TILESET, write_city
 from grammarlab.export.tiles.composite_tileset import write_together
 from grammarlab.export.tiles.earth_placement import EarthPlacement
@@ -241,11 +240,11 @@ def _reasons(survey: Survey, failures: Mapping[str, str]) -> np.ndarray:
 
 def _write_buildings(path: Path, survey: Survey, tasks: Sequence[ShardTask]) -> None:
     """Join the lines of all shards."""
-    with whole_file(path) as output:
-        output.stream.write(head_line(survey.parcels.frame))
+    with CityJsonWriter(path, survey.parcels.frame) as writer:
         for task in tasks:
             with (shard_folder(task.folder, task.cell) / CITYJSON).open("rb") as lines:
-                shutil.copyfileobj(lines, output.stream)
+                for line in lines:
+                    writer.add_lines(line)
 
 
 def _write_city(path: Path, survey: Survey, zones: Sequence[ZoneRules], *, implicit: bool) -> None:
