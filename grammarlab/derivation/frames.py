@@ -15,6 +15,8 @@ from grammarlab.arrays import Floats, distinct
 
 Ids = NDArray[np.int32]
 
+_LOCKED = 1e-7
+"""Cosine of the angle about y below which the angles about x and z cannot be told apart: rounding decides."""
 _TOLERANCE = 1e-12
 """Tolerance of the entries -1, 0 and 1 of rotations by right angles."""
 
@@ -177,8 +179,17 @@ def euler(x: float | Floats, y: float | Floats, z: float | Floats) -> Floats:
 
 
 def euler_angles(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angles [N, 3] in degrees about x, y, z whose rotations Rz Ry Rx, about x first, give the matrices [N, 3, 3]."""
-    y = np.arcsin(np.clip(-rotations[:, 2, 0], -1.0, 1.0))
-    x = np.arctan2(rotations[:, 2, 1], rotations[:, 2, 2])
-    z = np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])
+    """Angles [N, 3] in degrees about x, y, z whose rotations Rz Ry Rx, about x first, give the matrices [N, 3, 3].
+
+    Where the angle about y is a right one, those about x and z turn about one axis, and the latter is 0.
+    """
+    is_locked = np.hypot(rotations[:, 2, 1], rotations[:, 2, 2]) < _LOCKED
+    sine = np.clip(-rotations[:, 2, 0], -1.0, 1.0)
+    # The inverse of the sine has half as many digits there.
+    y = np.arcsin(np.where(is_locked, np.sign(sine), sine))
+    x = np.arctan2(
+        np.where(is_locked, -rotations[:, 1, 2], rotations[:, 2, 1]),
+        np.where(is_locked, rotations[:, 1, 1], rotations[:, 2, 2]),
+    )
+    z = np.where(is_locked, 0.0, np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0]))
     return np.degrees(np.stack([x, y, z], axis=1))

@@ -347,7 +347,10 @@ def test_showing_a_model_tells_what_is_left_out_of_its_map(run, rules, tmp_path)
     assert "feature 0: attribute 'height'" in result.stderr
 
 
-def test_a_crs_that_is_not_metres_is_refused_with_the_command_that_converts_it(run, rules, tmp_path):
+def test_without_the_extra_a_crs_that_is_not_metres_is_refused_with_the_command_that_converts_it(
+    run, rules, tmp_path, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "pyproj", None)
     lots = written(tmp_path, collection(feature(polygon(SQUARE)), crs=named("EPSG:3857")))
     result = run("sample", rules("Lot --> Mass"), "--footprint", lots, "-o", tmp_path / "out", code=1)
     assert "EPSG:3857" in result.stderr

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from grammarlab.derivation.frames import COMPOSE, CUBE, FrameTable, cube_index, cube_indices
+from grammarlab.derivation.frames import COMPOSE, CUBE, FrameTable, cube_index, cube_indices, euler, euler_angles
 
 cubes = st.integers(0, 23)
 
@@ -64,3 +65,13 @@ def test_used_frames_are_renumbered_without_gaps():
     rotations, places = table.used(frames)
     assert len(rotations) == 3
     assert np.array_equal(rotations[places], table.rotations(frames))
+
+
+@pytest.mark.parametrize("y", [90.0, -90.0])
+@pytest.mark.parametrize(("x", "z"), [(0.0, 0.0), (30.0, 0.0), (30.0, 50.0), (-170.0, 20.0)])
+def test_where_two_axes_fall_together_the_last_angle_is_zero(x: float, y: float, z: float):
+    noisy = euler(x, y, z) + 1e-15 * np.random.default_rng(1).standard_normal((8, 3, 3))
+    angles = euler_angles(noisy)
+    assert np.allclose(euler(*angles.T), euler(x, y, z), atol=1e-12)
+    assert np.allclose(angles, angles[0], atol=1e-9)
+    assert (angles[:, 2] == 0).all()

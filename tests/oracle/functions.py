@@ -146,8 +146,10 @@ MEASURES: dict[str, Callable[..., Value]] = {
 
 
 def euler_angles(rotation: np.ndarray) -> list[float]:
-    """Degrees about x, y and z whose rotations, x innermost, make up a matrix."""
+    """Degrees about x, y and z whose rotations, x innermost, make up a matrix; z is 0 where y is a right angle."""
     y = math.asin(min(1.0, max(-1.0, -rotation[2, 0])))
+    if math.hypot(rotation[2, 1], rotation[2, 2]) < 1e-7:
+        return [math.degrees(math.atan2(-rotation[1, 2], rotation[1, 1])), math.copysign(90.0, y), 0.0]
     x = math.atan2(rotation[2, 1], rotation[2, 2])
     z = math.atan2(rotation[1, 0], rotation[0, 0])
     return [math.degrees(angle) for angle in (x, y, z)]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from grammarlab.trees.species import Species
 
 ShippedGrammar: TypeAlias = Literal[
-    "airplane", "building", "furniture", "limits", "limits_discrete", "limits_rare", "skyscraper", "toy"
+    "airplane", "building", "furniture", "limits", "limits_discrete", "limits_rare", "quarter", "skyscraper", "toy"
 ]
 """Names of the shipped grammars, for type checkers."""
 ShippedSpecies: TypeAlias = Literal[

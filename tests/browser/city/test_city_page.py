@@ -28,13 +28,19 @@ def opened(windows: Any, tmp_path: Path) -> Iterator[Callable[..., Page]]:
     write_city(tmp_path / "city")
     thread = PageThread(CityViewer(tmp_path / "city", rebuild=REBUILD), page_of(tmp_path / "city"))
 
+    pages: list[Page] = []
+
     def open_page(**options: Any) -> Page:
         page = windows(thread.address, **{"size": SMALL, **options})
+        pages.append(page)
         expect(page.locator("canvas")).to_be_visible()
         loaded(page)
         return page
 
     yield open_page
+    # First, since tiles may be loading.
+    for page in pages:
+        page.close()
     thread.close()
 
 
