@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,12 +20,12 @@ from grammarlab.export.tiles.city_tileset import TILESET, write_city
 from grammarlab.export.tiles.composite_tileset import write_together
 from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
-from grammarlab.files import folder_below, write_text
+from grammarlab.files import write_text
 from grammarlab.geometry.footprints.footprint import Remark
+from grammarlab.runs.city.city_clearing import clear_city
 from grammarlab.runs.city.parcel_listing import ParcelListing
 from grammarlab.runs.city.shard import (
     CITYJSON,
-    FOLDER,
     ShardRecord,
     ShardTask,
     build_shard,
@@ -74,7 +73,7 @@ class CityResult:
 
     @property
     def tileset(self) -> Path:
-        """The root of the tiles."""
+        """The root of the tiles, which is missing if nothing is built."""
         return self.folder / TILESET
 
 
@@ -113,16 +112,18 @@ def build_city(
     with only_run_in(folder):
         tasks = shard_tasks(survey, zones, folder, cityjson=cityjson)
         records, num_reused = _built(tasks, executor, on_progress)
-        _clear(folder, [task.cell for task in tasks])
+        written = [task for task, record in zip(tasks, records, strict=True) if record.num_tiles]
+        cells = [task.cell for task in written]
+        clear_city(folder, cells, (TILESET, BUILDINGS_TILESET))
         trees = tree_places(survey, zones, street_trees)
-        num_tiles = _write_tilesets(folder, survey, [task.cell for task in tasks], trees, implicit=implicit)
+        num_tiles = _write_tilesets(folder, survey, cells, trees, implicit=implicit)
         failures = {name: message for record in records for name, message in record.failures.items()}
         reason = _reasons(survey, failures)
         reports = {name: report for record in records for name, report in record.reports.items()}
         grid, _ = _geography(survey)
         ParcelListing(survey=survey, zones=zones, grid=grid, reason=reason, reports=reports).write(folder / PARCELS)
         if cityjson:
-            _write_buildings(folder / BUILDINGS, survey, tasks)
+            _write_buildings(folder / BUILDINGS, survey, written)
         _write_city(folder / CITY, survey, zones, implicit=implicit)
     empty = Counter(reason[reason != ""].tolist())
     return CityResult(
@@ -203,15 +204,6 @@ def _earlier(task: ShardTask) -> ShardRecord | None:
     return record if record is not None and record.key == task.key() else None
 
 
-def _clear(folder: Path, cells: Sequence[TileCell]) -> None:
-    """Remove the shards of an earlier city that this one does not have."""
-    home = folder_below(folder, FOLDER)
-    names = {f"{cell.x}_{cell.y}" for cell in cells}
-    for entry in sorted(home.iterdir()) if home else []:
-        if entry.name not in names and entry.is_dir() and not entry.is_symlink():
-            shutil.rmtree(entry)
-
-
 def _write_tilesets(
     folder: Path, survey: Survey, cells: Sequence[TileCell], trees: Sequence[TreePlaces], *, implicit: bool
 ) -> int:
@@ -220,15 +212,15 @@ def _write_tilesets(
     An implicit tileset is one of buildings alone: it cannot refer to others.
     """
     grid, placement = _geography(survey)
-    if not trees or not cells or implicit:
-        num_tiles = write_city(folder, grid, placement, cells, implicit=implicit) if cells else 0
-        if not trees:
-            clear_trees(folder)
-            return num_tiles
-        return num_tiles + write_trees(folder, trees, grid, placement, survey.plan.seed).num_tiles
-    num_tiles = write_city(folder, grid, placement, cells, name=BUILDINGS_TILESET)
+    are_together = bool(trees) and not implicit
+    name = BUILDINGS_TILESET if are_together else TILESET
+    num_tiles = write_city(folder, grid, placement, cells, implicit=implicit, name=name) if cells else 0
+    if not trees:
+        clear_trees(folder)
+        return num_tiles
     written = write_trees(folder, trees, grid, placement, survey.plan.seed)
-    write_together(folder / TILESET, (BUILDINGS_TILESET, TREES_TILESET))
+    if are_together:
+        write_together(folder / TILESET, (BUILDINGS_TILESET, TREES_TILESET) if cells else (TREES_TILESET,))
     return num_tiles + written.num_tiles
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from hashlib import sha256
+from itertools import chain
 from pathlib import Path
 from typing import IO, Any
 
@@ -25,7 +26,7 @@ from grammarlab.export.model_files import whole_file
 from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.export.tiles.tile_models import TileModels
-from grammarlab.export.tiles.tile_shard import write_shard
+from grammarlab.export.tiles.tile_shard import ShardSummary, write_shard
 from grammarlab.files import file_below, read_bounded, write_text
 from grammarlab.runs.city.zone_rules import MadeBuildings, ZoneRules, make_buildings
 from grammarlab.scene.instances import Scene
@@ -126,18 +127,25 @@ def build_shard(task: ShardTask) -> ShardRecord:
         # One building has up to megabytes of lines, so they do not wait in memory.
         lines = stack.enter_context(whole_file(task.home / CITYJSON)).stream if task.cityjson else None
         builder = _Builder(task, lines)
-        summary = write_shard(task.folder, task.grid, task.placement, task.cell, builder.leaves())
+        leaves = builder.leaves()
+        first = next(leaves, None)
+        # Nothing can be built, or the rules make nothing.
+        summary = None if first is None else _written(task, chain([first], leaves))
     record = ShardRecord(
         key=task.key(),
-        num_tiles=summary.num_tiles,
-        num_bytes=summary.num_bytes,
-        most_draws=summary.most_draws,
+        num_tiles=summary.num_tiles if summary else 0,
+        num_bytes=summary.num_bytes if summary else 0,
+        most_draws=summary.most_draws if summary else 0,
         failures=builder.failures,
         reports=builder.reports,
         missing_assets=tuple(sorted(builder.missing_assets)),
     )
     write_text(task.home / RECORD, json.dumps(asdict(record), ensure_ascii=False) + "\n")
     return record
+
+
+def _written(task: ShardTask, leaves: Iterable[tuple[TileCell, TileModels]]) -> ShardSummary:
+    return write_shard(task.folder, task.grid, task.placement, task.cell, leaves)
 
 
 class _Builder:

@@ -112,3 +112,35 @@ def test_an_unknown_attribute_and_a_folder_without_a_city_are_named(plan: Path, 
         build_city(plan, tmp_path / "city")
     with pytest.raises(UsageError, match="expected a city"):
         rebuild(tmp_path, ["1-1"])
+
+
+def test_a_city_in_which_nothing_can_be_built_lists_every_parcel(plan: Path, tmp_path: Path):
+    build_city(plan, tmp_path / "city")
+    (plan.parent / "chance.cga").write_text("Lot --> extrude(1 / 0) X.")
+    (plan.parent / "rules.cga").write_text("attr height = 1\nLot --> extrude(height / 0) X.")
+    result = build_city(plan, tmp_path / "city", cityjson=True)
+    assert (result.num_built, result.num_tiles) == (0, 0)
+    assert sum(result.empty.values()) == len(boxes())
+    assert not list((tmp_path / "city").rglob("*.glb"))
+    assert not result.tileset.exists()
+
+
+def test_rules_that_make_nothing_make_an_empty_city(plan: Path, tmp_path: Path):
+    for name in ("chance.cga", "rules.cga"):
+        (plan.parent / name).write_text("attr height = 1\nLot --> NIL")
+    result = build_city(plan, tmp_path / "city")
+    assert result.num_built + sum(result.empty.values()) == len(boxes())
+
+
+def test_a_city_that_shrinks_leaves_no_tiles_and_no_other_file_is_touched(plan: Path, tmp_path: Path):
+    far = {**boxes(), **{f"far-{n}": shapely.box(5000 + 22 * n, 0, 5022 + 22 * n, 30) for n in range(3)}}
+    write_map(plan.parent / "map.geojson", far)
+    build_city(plan, tmp_path / "city")
+    (tmp_path / "city" / "shards" / "mine").mkdir()
+    (tmp_path / "city" / "shards" / "mine" / "notes.txt").write_text("keep")
+    write_map(plan.parent / "map.geojson", boxes())
+    build_city(plan, tmp_path / "city")
+    shrunk = files_of(tmp_path / "city")
+    assert shrunk.pop("shards/mine/notes.txt") == b"keep"
+    build_city(plan, tmp_path / "new")
+    assert shrunk == files_of(tmp_path / "new")
