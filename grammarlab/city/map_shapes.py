@@ -38,7 +38,8 @@ def read_shapes(path: Path, frame: Frame) -> MapShapes:
     """All shapes of a map.
 
     Args:
-        path: file of a vector format; ``:LAYER`` may follow.
+        path: file of a vector format; ``:LAYER`` may follow. Without a system of its own it is in that of its format, or
+            in metres at an unknown place if the frame is.
         frame: frame of the city.
 
     Raises:
@@ -49,7 +50,7 @@ def read_shapes(path: Path, frame: Frame) -> MapShapes:
     layer = read_layer(file, name)
     rows = np.flatnonzero(~shapely.is_missing(layer.geometry) & ~shapely.is_empty(layer.geometry))
     geometry = shapely.force_2d(layer.geometry[rows])
-    crs = layer.crs or (layer.default_crs if np.abs(shapely.total_bounds(geometry)).max() <= _MAX_DEGREES else UNPLACED)
+    crs = layer.crs or (layer.default_crs if frame.has_place and _may_be_degrees(geometry) else UNPLACED)
     if (crs == UNPLACED) == frame.has_place:
         known, unknown = ("parcels", "it") if frame.has_place else ("it", "parcels")
         raise AssetError(f"{layer.name}: the place of {known} is known, and that of {unknown} is not: name its CRS.")
@@ -59,6 +60,10 @@ def read_shapes(path: Path, frame: Frame) -> MapShapes:
     finite = np.isfinite(shapely.bounds(moved)).all(axis=1)
     attributes = layer.attributes.take(rows[finite]) if layer.attributes.num_columns else layer.attributes
     return MapShapes(shapely.make_valid(moved[finite]), attributes)
+
+
+def _may_be_degrees(geometry: NDArray[np.object_]) -> bool:
+    return bool(np.abs(shapely.total_bounds(geometry)).max() <= _MAX_DEGREES)
 
 
 def read_streets(path: Path, frame: Frame) -> StreetLines:

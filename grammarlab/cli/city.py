@@ -54,7 +54,7 @@ def build(
         say(f"{result.num_built:,} of {result.num_parcels:,} parcels built, {result.num_tiles:,} tiles")
         for reason, number in result.empty.items():
             say(f"empty: {number:,} {reason}")
-        print_result(result.tileset)
+        print_result(result.tileset if result.num_tiles else result.table)
 
 
 def layout(

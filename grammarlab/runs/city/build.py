@@ -76,6 +76,11 @@ class CityResult:
         """The root of the tiles, which is missing if nothing is built."""
         return self.folder / TILESET
 
+    @property
+    def table(self) -> Path:
+        """The table of all parcels."""
+        return self.folder / PARCELS
+
 
 def build_city(
     plan: Path,
