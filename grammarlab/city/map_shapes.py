@@ -38,8 +38,8 @@ def read_shapes(path: Path, frame: Frame) -> MapShapes:
     """All shapes of a map.
 
     Args:
-        path: file of a vector format; ``:LAYER`` may follow. Without a system of its own it is in that of its format, or
-            in metres at an unknown place if the frame is.
+        path: file of a vector format; ``:LAYER`` may follow. If it names no system, it has that of its format, or the
+            frame's if its place is unknown.
         frame: frame of the city.
 
     Raises:
