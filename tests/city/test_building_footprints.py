@@ -105,7 +105,8 @@ def test_footprints_of_a_map_are_valid_and_inside_their_setbacks(seed: int):
     assert (shapely.area(shapely.difference(shapes, shapely.buffer(lots, -1.97, join_style="mitre"))) < 0.01).all()
     has_front, group = np.unique(edges.outline[widths > 0], return_inverse=True)
     ends = np.stack([edges.points, edges.points[edges.next_corner]], axis=1)[widths > 0]
-    front = shapely.multilinestrings(np.asarray(shapely.linestrings(ends), dtype=object), indices=group)
+    lines = np.asarray(shapely.linestrings(ends), dtype=object)
+    front = np.array(shapely.multilinestrings(lines, indices=group), dtype=object)
     both = np.intersect1d(has_front, result.lot)
     distance = shapely.distance(shapes[np.searchsorted(result.lot, both)], front[np.searchsorted(has_front, both)])
     assert (distance > 2.97).all()
