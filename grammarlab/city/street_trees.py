@@ -60,7 +60,7 @@ def _row(line: shapely.LineString, distance: float, spacing: float) -> Floats:
 
 
 def _tree(points: Floats) -> shapely.STRtree:
-    return shapely.STRtree(list(map(shapely.Point, points)))
+    return shapely.STRtree(np.array(shapely.points(points), dtype=object))
 
 
 def _near(points: Floats, shapes: Outlines, distances: Sequence[float]) -> np.ndarray:

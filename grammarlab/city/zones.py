@@ -141,6 +141,7 @@ def polygon_of_text(text: str, frame: Frame) -> BaseGeometry:
     (0.0, 0.0, 9.0, 9.0)
     """
     match = _SRID.fullmatch(text)
+    # Shapely raises NotImplementedError for kinds of geometry that it has no class for.
     try:
         area = shapely.from_wkt(match[2] if match else text)
     except (shapely.errors.ShapelyError, NotImplementedError) as error:

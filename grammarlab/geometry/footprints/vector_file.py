@@ -114,6 +114,7 @@ def _read(path: Path, source: str, layer: str) -> _Read:
 
 def _geometries(bodies: NDArray[np.object_]) -> NDArray[np.object_]:
     """[n] geometries of well-known binary [n], None for those that cannot be read."""
+    # Shapely raises NotImplementedError for kinds of geometry that it has no class for, such as arcs.
     try:
         return shapely.from_wkb(bodies, on_invalid="ignore")
     except (shapely.errors.ShapelyError, NotImplementedError):
@@ -125,6 +126,7 @@ def _geometries(bodies: NDArray[np.object_]) -> NDArray[np.object_]:
 
 
 def _geometry(body: bytes) -> shapely.Geometry | None:
+    # As above: arcs become edges.
     try:
         return shapely.from_wkb(body, on_invalid="ignore")
     except (shapely.errors.ShapelyError, NotImplementedError):
@@ -175,6 +177,7 @@ def _listing(path: Path, source: str) -> str:
 
 def _zipped_source(path: Path, layer: str | None) -> tuple[str, str]:
     """The Shapefile in an archive."""
+    # zipfile raises NotImplementedError for archives of a version or a kind of compression that it does not know.
     try:
         with zipfile.ZipFile(path) as archive:
             entries = archive.infolist()
