@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Flags, Floats
 from grammarlab.city.plan_tables import nearest
 from grammarlab.errors import UsageError, shown
-from grammarlab.features.expression import FUNCTIONS, RESERVED, Expression
+from grammarlab.features.expression import RESERVED, Expression
+from grammarlab.features.patterns.operations import FUNCTIONS
 
 FieldColumn: TypeAlias = "Floats | NDArray[np.bool_] | NDArray[np.object_]"
 """[N] numbers with NaN for none, flags, or texts."""

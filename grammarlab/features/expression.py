@@ -11,21 +11,21 @@ once and without recursion, for any nesting of the text.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache, reduce
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from lark import Lark, Token, Transformer_NonRecursive, UnexpectedCharacters, UnexpectedInput, v_args
 from lark.exceptions import VisitError
-from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns import pattern_text
-from grammarlab.features.patterns.pattern import Draw, Feature, Threshold
+from grammarlab.features.patterns.operations import FUNCTIONS, apply, evaluate, takes
+from grammarlab.features.patterns.pattern import Apply, Atom, ConstantTerm, Draw, Formula, Measure, Step, Threshold
 
 MAX_CHARACTERS = 20_000
 """Largest number of characters of an expression."""
@@ -38,33 +38,6 @@ MAX_FEATURES = 500
 
 
 @dataclass(frozen=True, slots=True)
-class ConstantTerm:
-    """A number."""
-
-    value: float
-    """Value of the constant, finite."""
-
-
-@dataclass(frozen=True, slots=True)
-class Measure:
-    """A feature of the model."""
-
-    feature: Feature
-
-
-@dataclass(frozen=True, slots=True)
-class Apply:
-    """An operation on the results of earlier steps."""
-
-    operation: str
-    operands: tuple[int, ...]
-    """Numbers of earlier steps."""
-
-
-Step: TypeAlias = ConstantTerm | Measure | Apply
-
-
-@dataclass(frozen=True, slots=True)
 class Expression:
     """A number for every model, as a function of its features."""
 
@@ -72,7 +45,7 @@ class Expression:
     """Original text of the expression."""
     steps: tuple[Step, ...] = field(repr=False)
     """Steps; the last one is the result."""
-    features: tuple[Feature, ...]
+    features: tuple[Atom, ...]
     """Features that the expression reads, each once: the columns that `evaluate` expects."""
 
     @classmethod
@@ -103,13 +76,28 @@ class Expression:
             root = _StepBuilder(text, program, definitions or {}).transform(tree)
         except VisitError as error:
             raise error.orig_exc from None
-        steps = _reachable(program.steps, root)
-        features = tuple(dict.fromkeys(step.feature for step in steps if isinstance(step, Measure)))
+        formula = Formula.of_steps(program.steps[: root + 1])
+        features = formula.features
         if len(features) > MAX_FEATURES:
             raise UsageError(
                 f"the expression reads {len(features)} different features: expected at most {MAX_FEATURES}"
             )
-        return cls(text, steps, features)
+        return cls(text, formula.steps, features)
+
+    @classmethod
+    def of(cls, formula: Formula) -> Expression:
+        """A formula as an expression."""
+        return cls(str(formula), formula.steps, formula.features)
+
+    @property
+    def formula(self) -> Formula:
+        """The function alone, as a feature.
+
+        >>> formula = Expression.parse("2 * {Block} > $height").formula
+        >>> Expression.parse(str(formula)).formula == formula
+        True
+        """
+        return Formula(self.steps)
 
     def evaluate(self, values: Floats) -> Floats:
         """The number for every model.
@@ -123,69 +111,11 @@ class Expression:
         if values.ndim != 2 or values.shape[1] != len(self.features):
             raise UsageError(f"expected {len(self.features)} columns, one per feature, found shape {values.shape}")
         columns = {feature: values[:, i].astype(np.float64) for i, feature in enumerate(self.features)}
-        results: list[Floats] = []
-        for step in self.steps:
-            if isinstance(step, ConstantTerm):
-                results.append(np.full(len(values), step.value))
-            elif isinstance(step, Measure):
-                results.append(columns[step.feature])
-            else:
-                results.append(_apply(step.operation, [results[i] for i in step.operands]))
-        return results[-1]
+        return evaluate(self.steps, columns, len(values))
 
-
-# The steps -----------------------------------------------------------------------------------------------------------
-
-
-def _chosen(operands: list[Floats]) -> Floats:
-    """The value behind the first condition that holds, else the last operand."""
-    *pairs, otherwise = operands
-    return np.select([when != 0 for when in pairs[::2]], pairs[1::2], otherwise)
-
-
-_OPERATIONS: Mapping[str, Callable[[list[Floats]], NDArray[Any]]] = {
-    "+": lambda x: x[0] + x[1],
-    "-": lambda x: x[0] - x[1],
-    "*": lambda x: x[0] * x[1],
-    "/": lambda x: x[0] / x[1],
-    "%": lambda x: x[0] % x[1],
-    "<": lambda x: x[0] < x[1],
-    "<=": lambda x: x[0] <= x[1],
-    ">": lambda x: x[0] > x[1],
-    ">=": lambda x: x[0] >= x[1],
-    "==": lambda x: x[0] == x[1],
-    "!=": lambda x: x[0] != x[1],
-    "and": lambda x: (x[0] != 0) & (x[1] != 0),
-    "or": lambda x: (x[0] != 0) | (x[1] != 0),
-    "not": lambda x: x[0] == 0,
-    "min": lambda x: reduce(np.minimum, x),
-    "max": lambda x: reduce(np.maximum, x),
-    "abs": lambda x: np.abs(x[0]),
-    "log": lambda x: np.log(x[0]),
-    "exp": lambda x: np.exp(x[0]),
-    "sqrt": lambda x: np.sqrt(x[0]),
-    "choose": _chosen,
-}
-
-FUNCTIONS: Mapping[str, str] = {
-    "min": "min(a, b, ...)",
-    "max": "max(a, b, ...)",
-    "abs": "abs(x)",
-    "log": "log(x)",
-    "exp": "exp(x)",
-    "sqrt": "sqrt(x)",
-    "choose": "choose(when, value, ..., otherwise)",
-}
-"""Functions of the language, with their call syntax."""
 
 RESERVED = frozenset({*FUNCTIONS, "and", "or", "not"})
 """Names that a definition cannot have."""
-
-
-def _apply(operation: str, operands: list[Floats]) -> Floats:
-    with np.errstate(all="ignore"):
-        result = np.asarray(_OPERATIONS[operation](operands), dtype=np.float64)
-    return np.where(np.isfinite(result), result, 0.0)
 
 
 class _Program:
@@ -210,7 +140,7 @@ class _Program:
         steps = [self.steps[i] for i in operands]
         constants = [np.array([step.value]) for step in steps if isinstance(step, ConstantTerm)]
         if len(constants) == len(steps):
-            return self.add(ConstantTerm(float(_apply(operation, constants)[0])))
+            return self.add(ConstantTerm(float(apply(operation, constants)[0])))
         return self.add(Apply(operation, operands))
 
     def include(self, expression: Expression) -> int:
@@ -234,21 +164,6 @@ class _Program:
 
 
 _MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<="}
-
-
-def _reachable(steps: list[Step], root: int) -> tuple[Step, ...]:
-    """The steps that the result depends on, in order, the result last."""
-    used = {root}
-    for i in range(root, -1, -1):
-        step = steps[i]
-        if i in used and isinstance(step, Apply):
-            used.update(step.operands)
-    index_of = {old: new for new, old in enumerate(sorted(used))}
-    return tuple(_moved(steps[i], index_of) for i in sorted(used))
-
-
-def _moved(step: Step, index_of: Mapping[int, int]) -> Step:
-    return Apply(step.operation, tuple(index_of[i] for i in step.operands)) if isinstance(step, Apply) else step
 
 
 # From text to steps --------------------------------------------------------------------------------------------------
@@ -297,7 +212,7 @@ class _StepBuilder(Transformer_NonRecursive):
     def call(self, token: Token, *operands: int) -> int:
         if token not in FUNCTIONS:
             raise self._wrong(token, f"{str(token)!r} is not a function; expected one of {', '.join(FUNCTIONS)}")
-        if not _takes(str(token), len(operands)):
+        if not takes(str(token), len(operands)):
             raise self._wrong(token, f"expected {FUNCTIONS[token]}, found {len(operands)} values")
         return self._program.apply(str(token), *operands)
 
@@ -323,13 +238,6 @@ class _StepBuilder(Transformer_NonRecursive):
 
     def _wrong(self, token: Token, message: str) -> UsageError:
         return UsageError(f"{message}\n{_underlined(self._text, token.start_pos or 0, len(token))}")
-
-
-def _takes(function: str, number: int) -> bool:
-    """Whether a function accepts a number of values."""
-    if function in {"min", "max"}:
-        return number >= 2
-    return number >= 3 and number % 2 == 1 if function == "choose" else number == 1
 
 
 def _links(chain: list[Any]) -> Iterator[tuple[int, Token, int]]:

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from grammarlab.errors import UsageError
-from grammarlab.features import expression
-from grammarlab.features.expression import FUNCTIONS, MAX_FEATURES, MAX_STEPS, Apply, Expression
-from grammarlab.features.patterns.pattern import Draw, Pattern, Threshold
+from grammarlab.features.expression import MAX_FEATURES, MAX_STEPS, Expression
+from grammarlab.features.patterns.operations import FUNCTIONS, OPERATIONS
+from grammarlab.features.patterns.pattern import Apply, Draw, Pattern, Threshold
 from grammarlab.features.patterns.pattern_text import parse as parse_pattern
 
 PATTERNS = ("{A}", "{A:0 > B}", "{C >> D[E, F]}")
@@ -294,8 +294,7 @@ def test_size_is_bounded():
 
 
 def test_every_function_is_carried_out():
-    operations = expression._OPERATIONS
-    assert FUNCTIONS.keys() <= operations.keys()
+    assert FUNCTIONS.keys() <= OPERATIONS.keys()
     steps = Expression.parse("min({A}, 1) and choose({B}, 1, 0)").steps
     assert {step.operation for step in steps if isinstance(step, Apply)} == {"min", "and", "choose"}
 

@@ -22,14 +22,25 @@ from grammarlab.density.exact.automaton import Automaton, count_automaton
 from grammarlab.density.exact.grammar_text import write
 from grammarlab.density.exact.inside import InsideWeights
 from grammarlab.density.exact.learned import LearnedGrammar
-from grammarlab.density.exact.readings import Read
+from grammarlab.density.exact.readings import Read, read
 from grammarlab.density.exact.splitting import MAX_WAYS, Base, split
 from grammarlab.density.exact.subtree_counts import NO_CAP, PatternComponents, Reading
 from grammarlab.density.grammar_skeleton import TreeGrammar
 from grammarlab.density.rounding import EXACT
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import GrammarlabError, InexactError
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold, Total
+from grammarlab.features.expression import Expression
+from grammarlab.features.patterns.pattern import (
+    Draw,
+    Feature,
+    Formula,
+    HalfSpace,
+    Pattern,
+    Present,
+    Sum,
+    Threshold,
+    Total,
+)
 from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import Grammar
 
@@ -51,13 +62,15 @@ class Exactness:
         """Reason why an exact grammar cannot express a feature; empty if it can."""
         if isinstance(feature, Total):
             return next(filter(None, (self.reason_against(term) for term, _ in feature.terms)), "")
+        reads = read(Expression.of(feature))[0] if isinstance(feature, Formula) else (feature,)
         try:
-            item = _countable(feature)
-            if isinstance(item, Reading):
-                reading = replace(item, cap=min(item.cap, _RECURSIVE_CAP))
-                count_automaton(PatternComponents(self._tree, (reading,)))
-            else:
-                attribute_parts(self.grammar, item.site, [item])
+            items = [_countable(item) for item in reads]
+            readings = [replace(item, cap=min(item.cap, _RECURSIVE_CAP)) for item in items if isinstance(item, Reading)]
+            if readings:
+                count_automaton(PatternComponents(self._tree, tuple(readings)))
+            for item in items:
+                if not isinstance(item, Reading):
+                    attribute_parts(self.grammar, item.site, [item])
         except InexactError as error:
             return str(error)
         return ""
@@ -137,8 +150,8 @@ def _countable(item: Read) -> Reading | Threshold | Draw:
         return replace(inner, cap=1) if isinstance(inner, Reading) else inner
     if isinstance(item, HalfSpace | Sum):
         raise InexactError(f"{item} joins several drawn numbers: an exact grammar can only cut each separately")
-    if isinstance(item, Total):
-        raise InexactError(f"{item} is a total: give its terms, and add them in the preference")
+    if isinstance(item, Total | Formula):
+        raise InexactError(f"{item} is a function of other features: give these, and the function in the preference")
     return Reading.of(item) if isinstance(item, Pattern) else item
 
 

@@ -13,8 +13,8 @@ from typing import TypeAlias
 
 from grammarlab.arrays import Floats
 from grammarlab.density.exact.subtree_counts import NO_CAP, Reading
-from grammarlab.features.expression import Apply, ConstantTerm, Expression, Measure, Step
-from grammarlab.features.patterns.pattern import Draw, Feature, Pattern
+from grammarlab.features.expression import Expression
+from grammarlab.features.patterns.pattern import Apply, ConstantTerm, Draw, Feature, Measure, Pattern, Step
 
 Read: TypeAlias = "Reading | Feature"
 """A number read from a model: a sum of counts of patterns, or a feature that is not a pattern."""

@@ -36,11 +36,12 @@ from grammarlab.density.samples.mixing import ContextNames, as_splitting
 from grammarlab.density.samples.mixture import Cells, Mixture, cluster, dense, fit_mixture, merged
 from grammarlab.density.targets.ranges import even_cuts, range_ends, with_ranges
 from grammarlab.density.targets.rejection import MAX_PROPOSALS, Progress, silent
-from grammarlab.density.targets.target import Target, pattern_of
+from grammarlab.density.targets.target import Target
 from grammarlab.density.targets.target_samples import Candidates, draw
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import select_models
 from grammarlab.errors import InexactError, UsageError
+from grammarlab.features.patterns.conditions import patterns_of
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
 
 Method: TypeAlias = Literal["parameters", "structure", "tied"]
@@ -304,7 +305,7 @@ class _Learner:
         target = self.target
         counts = sparse.csr_array(sparse.vstack([data.counts[rows] for data, rows in chunks]))
         values = np.concatenate([data.values[rows] for data, rows in chunks])
-        counted = [bool(list(pattern_of(feature))) for feature in target.features]
+        counted = [bool(patterns_of(feature)) for feature in target.features]
         summed = [not isinstance(item, Draw | Threshold | HalfSpace) for item in target.reads]
         parts = dense(counts[:, min(self.choices.first_of_attribute, default=len(self.choices.original)) :])
         features = np.concatenate([(values * self.relevance)[:, counted], parts], axis=1)

@@ -18,7 +18,8 @@ from grammarlab.errors import UsageError
 from grammarlab.features.acceptance import Acceptance, SplitSymbol
 from grammarlab.features.accepted_models import annotations_of
 from grammarlab.features.expression import Expression
-from grammarlab.features.patterns.pattern import Feature, Pattern, Present
+from grammarlab.features.patterns.conditions import patterns_of
+from grammarlab.features.patterns.pattern import Feature, Pattern
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import SymbolKey
 from grammarlab.language.rewriting import rewrite
@@ -148,8 +149,7 @@ def _ends() -> Iterator[str]:
 
 
 def _nodes(feature: Feature) -> Iterator[Pattern]:
-    inner = feature.feature if isinstance(feature, Present) else feature
-    waiting = [inner] if isinstance(inner, Pattern) else []
+    waiting = list(patterns_of(feature))
     while waiting:
         node = waiting.pop()
         yield node

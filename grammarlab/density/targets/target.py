@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -23,8 +23,9 @@ from grammarlab.density.targets.ranges import with_ranges
 from grammarlab.derivation.derive import NODES_PER_CHUNK, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.model_score import Score
+from grammarlab.features.patterns.conditions import patterns_of
 from grammarlab.features.patterns.counts import count
-from grammarlab.features.patterns.pattern import Feature, Pattern, Present
+from grammarlab.features.patterns.pattern import Feature, Pattern
 from grammarlab.language.grammar import Grammar
 
 
@@ -62,7 +63,7 @@ class Target:
     @property
     def patterns(self) -> tuple[Pattern, ...]:
         """The patterns among the features."""
-        return tuple(pattern for feature in self.features for pattern in pattern_of(feature))
+        return tuple(pattern for feature in self.features for pattern in patterns_of(feature))
 
     def read(self, values: Floats) -> Floats:
         """Values [n, reads] that the preference reads, from the values [n, features] of the features."""
@@ -123,13 +124,6 @@ class Target:
         """
         options: dict[str, Any] = {"forest": forest, "header": header, "max_ways": max_ways, "step": step}
         return compile_density(self.grammar, self.reads, self.preference, base=self.base, assets=self.assets, **options)
-
-
-def pattern_of(feature: Feature) -> Iterator[Pattern]:
-    """The pattern that a feature counts, if any."""
-    inner = feature.feature if isinstance(feature, Present) else feature
-    if isinstance(inner, Pattern):
-        yield inner
 
 
 def _features(item: Read) -> tuple[Feature, ...]:

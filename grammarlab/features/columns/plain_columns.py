@@ -8,7 +8,8 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Sum, Threshold
+from grammarlab.features.patterns.operations import evaluate
+from grammarlab.features.patterns.pattern import Draw, Feature, Formula, HalfSpace, Sum, Threshold
 
 _MIN_POSITIVE = 1e-300
 """Smallest argument of a logarithm."""
@@ -36,6 +37,9 @@ def feature_values(columns: Mapping[str, Floats], feature: Feature) -> Floats:
             return inside.astype(np.float64)
         case Sum(terms, logarithmic):
             return _total(columns, [term.site for term in terms], [term.weight for term in terms], logarithmic)
+        case Formula():
+            inner = {read: feature_values(columns, read) for read in feature.features}
+            return evaluate(feature.steps, inner, len(next(iter(columns.values()))))
         case _:
             raise UsageError(
                 f"expected a number, a bound on one, or a sum of numbers, found {feature}: such designs have no parts."

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold, Total
+from grammarlab.features.patterns.pattern import (
+    Draw,
+    Feature,
+    Formula,
+    HalfSpace,
+    Pattern,
+    Present,
+    Sum,
+    Threshold,
+    Total,
+)
 
 
 def at_least(feature: Feature, bound: float) -> str:
@@ -23,6 +33,8 @@ def at_least(feature: Feature, bound: float) -> str:
             value = _sum(feature)
         case Total(terms):
             value = " + ".join(f"{weight} * {_counted(counted)}" for counted, weight in terms)
+        case Formula():
+            value = f"({feature})"
         case _:
             value = _read(feature)
     return f"{value} >= {_number(bound)}"
@@ -41,8 +53,21 @@ def sites_of(feature: Feature) -> tuple[str, ...]:
             return sites
         case Sum(terms):
             return tuple(term.site for term in terms)
+        case Formula():
+            return tuple(dict.fromkeys(site for read in feature.features for site in sites_of(read)))
         case _:
             return ()
+
+
+def patterns_of(feature: Feature) -> tuple[Pattern, ...]:
+    """Patterns that a feature counts alone, or as what a formula reads.
+
+    >>> patterns_of(Formula.of("+", Pattern("Block"), Draw("height")))
+    (Pattern(symbol='Block', parameters=None, branch=None, below=()),)
+    """
+    inner = feature.feature if isinstance(feature, Present) else feature
+    reads = inner.features if isinstance(inner, Formula) else (inner,)
+    return tuple(read for read in reads if isinstance(read, Pattern))
 
 
 def _read(feature: Pattern | Draw) -> str:

@@ -25,10 +25,12 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.forest import Forest
+from grammarlab.features.patterns.operations import evaluate
 from grammarlab.features.patterns.pattern import (
     Below,
     Draw,
     Feature,
+    Formula,
     HalfSpace,
     Pattern,
     Present,
@@ -92,6 +94,9 @@ class _Counter:
                 return self._sum(feature)
             case Total(terms=terms):
                 return self._weighted(terms)
+            case Formula():
+                columns = {read: self.per_model(read) for read in feature.features}
+                return evaluate(feature.steps, columns, self.trees.num_models)
             case Present(feature=Draw(site=site, branch=None)):
                 return np.minimum(self._draws(site)[1], 1.0)
             case Present(feature=inner):

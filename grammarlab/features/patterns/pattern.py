@@ -12,8 +12,8 @@ pattern's nodes to nodes of the tree.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
 
@@ -197,4 +197,129 @@ def _factor(weight: float) -> str:
     return "" if weight == 1.0 else f"{weight:.4g} "
 
 
-Feature: TypeAlias = Pattern | Threshold | Draw | HalfSpace | Present | Sum | Total
+Atom: TypeAlias = Pattern | Threshold | Draw
+"""Features that are no function of others: what expressions read."""
+
+
+@dataclass(frozen=True, slots=True)
+class ConstantTerm:
+    """A number."""
+
+    value: float
+    """Value of the constant, finite."""
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A feature of the model."""
+
+    feature: Atom
+
+
+@dataclass(frozen=True, slots=True)
+class Apply:
+    """An operation on the results of earlier steps."""
+
+    operation: str
+    """One of `grammarlab.features.patterns.operations.OPERATIONS`."""
+    operands: tuple[int, ...]
+    """Numbers of earlier steps."""
+
+
+Step: TypeAlias = ConstantTerm | Measure | Apply
+_ZERO = ConstantTerm(0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Formula:
+    """A function of other features, as in an expression (`grammarlab.features.expression`).
+
+    Formulas are equal if their steps are. ``str`` is an expression that is parsed as an equal formula.
+
+    >>> print(Formula.of("equal", Pattern("A", branch=(0,)), Pattern("B", branch=(0,))))
+    equal({A:0}, {B:0})
+    """
+
+    steps: tuple[Step, ...] = field(repr=False)
+    """Steps in the order in which the text mentions them first, each once; the last one is the result."""
+
+    @classmethod
+    def of(cls, operation: str, *operands: Formula | Atom | float) -> Formula:
+        """An operation on features or numbers, not all of them numbers."""
+        numbers: dict[Step, int] = {}
+        results = [_included(operand, numbers) for operand in operands]
+        return cls((*numbers, Apply(operation, tuple(results))))
+
+    @classmethod
+    def of_steps(cls, steps: Sequence[Step]) -> Formula:
+        """A formula of the steps, in any order of computation, that the last one depends on."""
+        waiting, numbers = [(len(steps) - 1, False)], dict[int, int]()
+        while waiting:
+            index, is_ready = waiting.pop()
+            step = steps[index]
+            if index in numbers:
+                continue
+            if isinstance(step, Apply) and not is_ready:
+                waiting += [(index, True), *((operand, False) for operand in reversed(step.operands))]
+            else:
+                numbers[index] = len(numbers)
+        return cls(tuple(_moved(steps[index], numbers) for index in numbers))
+
+    @property
+    def features(self) -> tuple[Atom, ...]:
+        """Features that the formula reads, each once."""
+        return tuple(dict.fromkeys(step.feature for step in self.steps if isinstance(step, Measure)))
+
+    def __str__(self) -> str:
+        texts: list[str] = []
+        for step in self.steps:
+            texts.append(step_text(step, self.steps, texts))
+        text = texts[-1]
+        return text[1:-1] if isinstance(self.steps[-1], Apply) and text.startswith("(") else text
+
+
+def _included(operand: Formula | Atom | float, numbers: dict[Step, int]) -> int:
+    """Number of the result of an operand, whose steps are added to others."""
+    if not isinstance(operand, Formula):
+        step = Measure(operand) if isinstance(operand, Atom) else ConstantTerm(float(operand))
+        return numbers.setdefault(step, len(numbers))
+    moved: dict[int, int] = {}
+    for index, step in enumerate(operand.steps):
+        moved[index] = numbers.setdefault(_moved(step, moved), len(numbers))
+    return moved[len(operand.steps) - 1]
+
+
+def _moved(step: Step, numbers: Mapping[int, int]) -> Step:
+    """A step whose operands have other numbers."""
+    return Apply(step.operation, tuple(numbers[i] for i in step.operands)) if isinstance(step, Apply) else step
+
+
+def step_text(step: Step, steps: tuple[Step, ...], texts: Sequence[str]) -> str:
+    """Text of a step in an expression, from the texts of the steps before it."""
+    if isinstance(step, ConstantTerm):
+        return f"({_number(step.value)})" if step.value < 0.0 else _number(step.value)
+    if isinstance(step, Apply):
+        return _application(step, steps, [texts[index] for index in step.operands])
+    if isinstance(step.feature, Threshold):
+        return f"(${step.feature.site} < {_number(step.feature.bound)})"
+    return f"{{{step.feature}}}" if isinstance(step.feature, Pattern) else f"${step.feature}"
+
+
+def _application(step: Apply, steps: tuple[Step, ...], operands: Sequence[str]) -> str:
+    if step.operation == "not":
+        return f"(not {operands[0]})"
+    if step.operation.isidentifier() and step.operation not in {"and", "or"}:
+        return f"{step.operation}({', '.join(operands)})"
+    first, second = (steps[index] for index in step.operands)
+    # A comparison of a draw with a number is read as "its threshold > 0".
+    is_threshold = isinstance(first, Measure) and isinstance(first.feature, Threshold)
+    if step.operation == ">" and second == _ZERO and is_threshold:
+        return operands[0]
+    return f"({operands[0]} {step.operation} {operands[1]})"
+
+
+def _number(value: float) -> str:
+    return repr(value).removesuffix(".0")
+
+
+Feature: TypeAlias = Pattern | Threshold | Draw | HalfSpace | Present | Sum | Total | Formula

@@ -12,7 +12,17 @@ from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest, RuleName, Site
 from grammarlab.errors import UsageError, check_type
 from grammarlab.features.patterns import counts
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Present, Sum, Threshold, Total
+from grammarlab.features.patterns.pattern import (
+    Draw,
+    Feature,
+    Formula,
+    HalfSpace,
+    Pattern,
+    Present,
+    Sum,
+    Threshold,
+    Total,
+)
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.features.patterns.tree_index import Trees
 
@@ -72,8 +82,9 @@ def _remarks(
 ) -> Iterator[str]:
     """Messages about a feature; empty texts if it is valid."""
     match feature:
-        case Present(inner):
-            yield from _remarks(inner, symbols, rules, sites)
+        case Present() | Total() | Formula():
+            for inner in _inner(feature):
+                yield from _remarks(inner, symbols, rules, sites)
         case Pattern():
             yield from (_pattern_remark(node, symbols, rules) for node in _nodes(feature))
         case HalfSpace():
@@ -83,13 +94,17 @@ def _remarks(
                 yield _site_remark(term.site, None, sites)
                 for pattern in (*term.readers, *(pattern for pattern, _ in term.times)):
                     yield from _remarks(pattern, symbols, rules, sites)
-        case Total(terms):
-            for inner, _ in terms:
-                yield from _remarks(inner, symbols, rules, sites)
         case Threshold():
             yield _site_remark(feature.site, None, sites)
         case Draw():
             yield _site_remark(feature.site, feature.branch, sites)
+
+
+def _inner(feature: Present | Total | Formula) -> Sequence[Feature]:
+    """The features that a feature is a function of."""
+    if isinstance(feature, Formula):
+        return feature.features
+    return (feature.feature,) if isinstance(feature, Present) else [term for term, _ in feature.terms]
 
 
 def _pattern_remark(node: Pattern, symbols: Sequence[str], rules: Sequence[RuleName]) -> str:

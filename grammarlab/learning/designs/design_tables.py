@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Generic
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.features.columns.column_names import comparison, equality, spread_of
 from grammarlab.features.columns.feature_table import FeatureTable
-from grammarlab.features.patterns.pattern import Feature, HalfSpace, Total
+from grammarlab.features.columns.formula_names import formula_words
+from grammarlab.features.patterns.pattern import Feature, Formula, HalfSpace, Total
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs
 from grammarlab.learning.designs.pool import PoolDesigns
@@ -177,13 +178,18 @@ class DesignTables(Generic[Designs]):
 def _names(features: Sequence[Feature], base: FeatureTable, values: Floats) -> tuple[str, ...]:
     """Readable names of features found by a search; their text if another column has the same name."""
     base_names = dict(zip(base.features, base.names, strict=True))
-    texts = [
-        comparison(feature, spread_of(feature, base.features, values))
-        if isinstance(feature, HalfSpace)
-        else equality(feature) or feature.text([base_names.get(term, str(term)) for term, _ in feature.terms])
-        if isinstance(feature, Total)
-        else str(feature)
-        for feature in features
-    ]
+    texts = [_words(feature, base_names, base, values) for feature in features]
     occurrences = Counter((*base.names, *texts))
     return tuple(str(feature) if occurrences[text] > 1 else text for feature, text in zip(features, texts, strict=True))
+
+
+def _words(feature: Feature, base_names: Mapping[Feature, str], base: FeatureTable, values: Floats) -> str:
+    match feature:
+        case HalfSpace():
+            return comparison(feature, spread_of(feature, base.features, values))
+        case Total(terms):
+            return equality(feature) or feature.text([base_names.get(term, str(term)) for term, _ in terms])
+        case Formula():
+            return formula_words(feature, base_names)
+        case _:
+            return str(feature)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from grammarlab.evaluation import scenario
-from grammarlab.features.expression import FUNCTIONS, MAX_CHARACTERS, MAX_FEATURES, Expression
+from grammarlab.features.expression import MAX_CHARACTERS, MAX_FEATURES, Expression
+from grammarlab.features.patterns.operations import FUNCTIONS
 from grammarlab.features.patterns.pattern_text import parse as parse_pattern
 from grammarlab.runs.sample.domains import opened
 from grammarlab.runs.sample.shipped import find_rules
