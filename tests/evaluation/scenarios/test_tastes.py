@@ -19,6 +19,7 @@ from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.settings import Settings
 from grammarlab.runs.evaluate.request import named_scenarios, shipped_scenarios
 from grammarlab.runs.sample.shipped import find_rules
+from tests.evaluation.scenarios.kinds_truth import KINDS_TRUTH
 from tests.evaluation.scenarios.taste_truth import TASTE_TRUTH
 from tests.evaluation.scenarios.truth import Model
 from tests.evaluation.scenarios.truth import models as plain
@@ -26,7 +27,8 @@ from tests.evaluation.scenarios.truth import models as plain
 ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "scenarios" / "tastes"
 PATHS = sorted(FOLDER.glob("*/*.toml"))
-FOLDERS = ("tuning", "measured", "once", "later")
+FOLDERS = ("tuning", "measured", "once", "later", "kinds")
+TRUTH = TASTE_TRUTH | KINDS_TRUTH
 LEAST = 0.1
 """Divergence in nats of the grammar as it is."""
 
@@ -93,7 +95,7 @@ def test_the_folders_hold_every_kind_on_several_grammars():
         kinds, grammars = zip(*pairs[folder], strict=True)
         assert len(set(kinds)) == len(kinds)
         assert len(set(grammars)) >= 5
-    tuning, measured, once, later = (dict(pairs[folder]).keys() for folder in FOLDERS)
+    tuning, measured, once, later, _ = (dict(pairs[folder]).keys() for folder in FOLDERS)
     assert tuning == measured >= once >= later
     twice = [pair for pair, number in Counter(pair for own in pairs.values() for pair in own).items() if number > 1]
     # equal_skyscraper is about the colour of windows, equal_skyscraper_frames about frames.
@@ -122,4 +124,4 @@ def test_models_get_the_score_that_plain_python_gives_them(path):
     forests, trees = few(scenario.grammar)
     scores = np.concatenate([scenario.score.evaluate(count(forest, scenario.score.features)) for forest in forests])
     assert len(np.unique(scores)) > 1
-    assert np.allclose(scores, [TASTE_TRUTH[path.stem](tree) for tree in trees], rtol=0, atol=1e-9)
+    assert np.allclose(scores, [TRUTH[path.stem](tree) for tree in trees], rtol=0, atol=1e-9)
