@@ -37,6 +37,11 @@ class GroundHeights:
     mean: Floats
     """[S] mean of the outline; NaN if unknown."""
 
+    @property
+    def plinth(self) -> Floats:
+        """[S] metres from the base down to the lowest point of the outline; 0 where it is unknown."""
+        return np.nan_to_num(np.maximum(_rounded(self.base - self.lowest), 0.0))
+
 
 def ground_heights(edges: LotEdges, elevation: Floats, terrain: HeightField | None) -> GroundHeights:
     """Heights of the ground of footprints.

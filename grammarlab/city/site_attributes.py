@@ -13,7 +13,9 @@ from grammarlab.city.plan_fields import FieldColumn, PlanFields
 from grammarlab.derivation.lots import AttributeColumn
 from grammarlab.errors import UsageError
 
-GROUND = ("groundMin", "groundMax", "groundMean")
+GROUND_LEVEL = "groundMin"
+"""Attribute with the lowest height of the ground; rules that have it reach down to the ground by themselves."""
+GROUND = (GROUND_LEVEL, "groundMax", "groundMean")
 """Attributes with the lowest, highest and mean height of the ground below the outline, in metres above the base."""
 
 

@@ -105,6 +105,7 @@ def sites_of(
         model=address.model[row],
         reroll=address.reroll[row],
         corner=corner,
+        plinth=ground.plinth,
         footprints=_footprints(built.edges, built.street_width, corner),
         attributes=site_attributes(plan, zone[row], fields.plan, row, ground),
         start_rule=_start_rules(plan, zone[row], lot_kinds(built.edges, built.street_width), sources),

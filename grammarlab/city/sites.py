@@ -29,6 +29,8 @@ class Sites:
     corner: Floats
     """[S, 3] origin of the footprint in the world: x and z in whole metres from the frame's origin, y the height of
     the ground at the front."""
+    plinth: Floats
+    """[S] metres from the corner down to the lowest ground below the outline of the footprint; 0 without a terrain."""
     footprints: Footprints
     """S footprints in metres from their corners: one per site, edge 0 along the widest street; with the widths of the
     streets along their edges."""
@@ -50,6 +52,7 @@ class Sites:
             model=self.model[rows],
             reroll=self.reroll[rows],
             corner=self.corner[rows],
+            plinth=self.plinth[rows],
             footprints=self.footprints.take(rows),
             attributes={name: column.take(rows) for name, column in self.attributes.items()},
             start_rule=self.start_rule[rows],

@@ -141,12 +141,13 @@ class Terrain:
         )
 
 
-def read_terrain(path: str | Path, *, crs: str | None = None) -> Terrain:
+def read_terrain(path: str | Path, *, crs: str | None = None, default_crs: str | None = None) -> Terrain:
     """The terrain of a GeoTIFF file: the first band of its raster.
 
     Args:
         path: the file.
         crs: coordinate reference system instead of the file's; ``local`` for that of the frame.
+        default_crs: the system of a file that names none.
 
     Raises:
         AssetError: If it is missing, not a GeoTIFF file with heights, or its blocks are too large; if it does not name
@@ -162,7 +163,7 @@ def read_terrain(path: str | Path, *, crs: str | None = None) -> Terrain:
     with _opened(path) as raster:
         _check(path, raster)
         a, b, c, d, e, f = raster.transform[:6]
-        definition = _definition(path, raster, crs)
+        definition = _definition(path, raster, crs, default_crs)
         try:
             system = "" if definition == UNPLACED else horizontal(definition)
             unit = _unit(path, raster, definition)
@@ -220,7 +221,7 @@ def _check(path: Path, raster: DatasetReader) -> None:
         raise AssetError(f"{path}: it does not say where it is (no world coordinates of its pixels).")
 
 
-def _definition(path: Path, raster: DatasetReader, crs: str | None) -> str:
+def _definition(path: Path, raster: DatasetReader, crs: str | None, default_crs: str | None) -> str:
     """Definition of the system of a raster.
 
     Raises:
@@ -228,6 +229,8 @@ def _definition(path: Path, raster: DatasetReader, crs: str | None) -> str:
     """
     if crs is not None:
         return crs
+    if raster.crs is None and default_crs is not None:
+        return default_crs
     if raster.crs is None:
         raise AssetError(f'{path}: it does not name its coordinate reference system. Name it: crs = "EPSG:…".')
     return str(raster.crs.to_wkt())

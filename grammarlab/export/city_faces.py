@@ -85,6 +85,16 @@ class CityFaces:
         return polygons
 
 
+@dataclass(frozen=True, slots=True)
+class SurfaceBase:
+    """Heights in metres that decide what is ground and what is a roof."""
+
+    ground: float
+    """Bottom of the floors: roofs are above it."""
+    bottom: float
+    """Bottom of the building, at most `ground`: below a plinth."""
+
+
 def city_faces(scene: Scene, corner: Floats) -> CityFaces:
     """The faces of a scene of one model.
 
@@ -106,7 +116,7 @@ def city_faces(scene: Scene, corner: Floats) -> CityFaces:
 
 
 def surfaces_of(
-    faces: CityFaces, scene: Scene, labels: SurfaceLabels, outline: shapely.Polygon, ground: float
+    faces: CityFaces, scene: Scene, labels: SurfaceLabels, outline: shapely.Polygon, base: SurfaceBase
 ) -> CityGeometry | None:
     """The faces with their kinds, and the outline as their ground if the model has no floor.
 
@@ -115,14 +125,14 @@ def surfaces_of(
         scene: I instances.
         labels: kinds of the I instances.
         outline: outline of the building in metres from the frame's origin.
-        ground: height of the bottom in metres.
+        base: heights of the building.
 
     Returns:
         The surfaces; None if there is no face.
     """
     if len(faces) == 0:
         return None
-    kind = _kinds(faces, labels, ground)
+    kind = _kinds(faces, labels, base)
     has_floor = faces.area[kind == GROUND].sum() >= _FLOOR_SHARE * outline.area
     if not has_floor:
         kind[kind == GROUND] = WALL
@@ -135,7 +145,7 @@ def surfaces_of(
         kinds=kinds,
         kind=number.tolist(),
     )
-    return surfaces if has_floor else with_ground(surfaces, outline, ground)
+    return surfaces if has_floor else with_ground(surfaces, outline, base.bottom)
 
 
 def _divided(points: Ints, faces: Soup) -> Soup:
@@ -195,12 +205,13 @@ def _as_mesh(points: Ints, faces: Soup) -> Meshes:
     return faces.as_one_mesh(points / MILLIMETRES)
 
 
-def _kinds(faces: CityFaces, labels: SurfaceLabels, ground: float) -> NDArray[np.int8]:
+def _kinds(faces: CityFaces, labels: SurfaceLabels, base: SurfaceBase) -> NDArray[np.int8]:
     """[F] kind of each face: that of its instance, else by direction and height."""
-    height = faces.points[faces.faces.rows, 2] / MILLIMETRES - ground
+    height = faces.points[faces.faces.rows, 2] / MILLIMETRES - base.ground
     mean = sum_rows(height, faces.faces.offsets) / np.diff(faces.faces.offsets)
     up = faces.normal[:, 2]
-    is_ground, is_roof = (up < -STEEP) & (mean < _BASE), (up > STEEP) & (mean > ROOF_HEIGHT)
+    is_ground = (up < -STEEP) & (mean < base.bottom - base.ground + _BASE)
+    is_roof = (up > STEEP) & (mean > ROOF_HEIGHT)
     label = labels.kind[faces.faces.mesh]
     is_slab = (label >= WINDOW) & (np.abs(up) > _FLAT_LYING) & (faces.area > _LARGEST_SILL)
     return np.where(

@@ -22,7 +22,7 @@ import shapely
 
 from grammarlab.arrays import Floats, offsets_from_counts
 from grammarlab.errors import UsageError
-from grammarlab.export.city_faces import CityFaces, city_faces, surfaces_of
+from grammarlab.export.city_faces import CityFaces, SurfaceBase, city_faces, surfaces_of
 from grammarlab.export.city_outline import ground_outline
 from grammarlab.export.city_roofs import roof_map
 from grammarlab.export.city_shell import shell
@@ -60,6 +60,8 @@ class CityBuilding:
     """Kinds of the surfaces of the instances of the scene."""
     attributes: Mapping[str, AttributeValue]
     """Properties by name, as they will stand in the file; integers beyond 2**53 become texts."""
+    plinth: float = 0.0
+    """Metres from `ground` down to where the building stands on the terrain; levels 1 and 2 reach down to there."""
 
 
 @final
@@ -160,15 +162,16 @@ def building_line(building: CityBuilding, levels: Iterable[Level] = LEVELS) -> b
 def _geometries(building: CityBuilding, levels: Set[Level]) -> dict[Level, CityGeometry | None]:
     """The geometries of a building; the block is as high as its walls and roof."""
     faces = city_faces(building.scene, building.corner)
-    outline = _outline(faces, building)
+    outline, bottom = _outline(faces, building), building.ground - building.plinth
     geometries: dict[Level, CityGeometry | None] = {}
     if levels & {"1", "2"}:
-        walls_and_roof = _walls_and_roof(faces, outline, building.ground)
+        walls_and_roof = _walls_and_roof(faces, outline, building)
         highest = (faces if walls_and_roof is None else walls_and_roof).points[:, 2].max(initial=0) / MILLIMETRES
-        geometries["1"] = block(outline, building.ground, highest)
+        geometries["1"] = block(outline, bottom, highest)
         geometries["2"] = walls_and_roof or geometries["1"]
     if "3" in levels:
-        geometries["3"] = surfaces_of(faces, building.scene, building.labels, outline, building.ground)
+        base = SurfaceBase(ground=building.ground, bottom=bottom)
+        geometries["3"] = surfaces_of(faces, building.scene, building.labels, outline, base)
     return {level: geometries[level] for level in LEVELS if level in levels}
 
 
@@ -178,10 +181,10 @@ def _outline(faces: CityFaces, building: CityBuilding) -> shapely.Polygon:
     return building.footprint
 
 
-def _walls_and_roof(faces: CityFaces, outline: shapely.Polygon, ground: float) -> CityGeometry | None:
+def _walls_and_roof(faces: CityFaces, outline: shapely.Polygon, building: CityBuilding) -> CityGeometry | None:
     with suppress(shapely.GEOSException):
-        roofs = roof_map(faces, outline, ground)
-        return None if roofs is None else shell(roofs, ground)
+        roofs = roof_map(faces, outline, building.ground)
+        return None if roofs is None else shell(roofs, building.ground - building.plinth)
     return None
 
 

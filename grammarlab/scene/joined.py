@@ -72,6 +72,27 @@ def joined(scenes: Sequence[Scene]) -> Scene:
     )
 
 
+def united(scene: Scene, other: Scene) -> tuple[Scene, NDArray[np.intp]]:
+    """Models of two scenes with the instances of both.
+
+    Args:
+        scene: B models.
+        other: more instances of the same B models, from the same origins.
+
+    Returns:
+        The B models, and [I] the row of each of its instances among those of the first scene, then of the other.
+
+    Raises:
+        UsageError: If the scenes have different numbers of models, or one has normals of its own.
+    """
+    if scene.num_models != other.num_models:
+        raise UsageError(f"expected two scenes of the same models, found {scene.num_models} and {other.num_models}")
+    both = joined([scene, other])
+    model = both.model % scene.num_models
+    order = np.argsort(model, kind="stable")
+    return replace(chosen(both, order), num_models=scene.num_models, model=model[order], origins=scene.origins), order
+
+
 def _shifted(columns: Sequence[NDArray[np.int32]], starts: NDArray[np.int64]) -> NDArray[np.int32]:
     return np.concatenate([column + start for column, start in zip(columns, starts[:-1], strict=True)]).astype(np.int32)
 

@@ -178,3 +178,12 @@ def test_damaged_files_are_read_or_refused(tmp_path_factory, data):
         return
     assert heights.shape == (50,)
     assert not np.isinf(heights).any()
+
+
+def test_a_file_without_a_system_has_the_default_one(tmp_path):
+    path = written(tmp_path / "a.tif", raster(), crs=None)
+    here = np.array([[100.0, 100.0]])
+    placed = read_terrain(path, default_crs="EPSG:32631")
+    assert placed.heights(FRAME, here) == pytest.approx(plane(*here.T))
+    named = read_terrain(written(tmp_path / "b.tif", raster()), default_crs="local")
+    assert named.crs == "EPSG:32631"

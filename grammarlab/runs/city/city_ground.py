@@ -10,28 +10,40 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Flags, Floats
+from grammarlab.city.map_squares import cut_by_squares, polygons_of
 from grammarlab.city.parcels import Outlines
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.meshes.triangulate import keyhole
+from grammarlab.runs.city.outline_face import outline_face
 from grammarlab.runs.city.survey import Survey, lot_outlines
 from grammarlab.scene import Scene
 
-_COLORS = {"garden": "8FA071", "park": "7C9A5E", "yard": "B9B2A4", "pavement": "A8A49C", "street": "6F7073"}
+_COLORS = {
+    "garden": "8FA071",
+    "park": "7C9A5E",
+    "yard": "B9B2A4",
+    "pavement": "A8A49C",
+    "street": "6F7073",
+    "land": "9DA284",
+}
 """Kinds of ground and their colours."""
 KINDS = tuple(_COLORS)
+LAND = KINDS.index("land")
+"""Kind of what is neither a parcel nor along a street."""
 Kinds: TypeAlias = NDArray[np.int64]
 _STREET, _PAVEMENT = 14.0, 2.0
 """Metres around parcels that are street, and pavement."""
 _CLOSING = 1.0
 """Gaps between parcels up to twice this width in metres are not streets."""
-_LIFT = {"street": 0.0, "pavement": 0.02, "yard": 0.02, "garden": 0.02, "park": 0.02}
+_LIFT = {"land": 0.0, "street": 0.0, "pavement": 0.02, "yard": 0.02, "garden": 0.02, "park": 0.02}
 """Metres above the ground of each kind."""
 _YARD = 0.5
 """Share of a parcel that a building fills from which on there is no garden."""
 _STEP = 10.0
 """Longest edge of streets in metres, so that they follow the terrain."""
+_SQUARE, _MOST_SQUARES = 5.0, 40_000
+"""Side in metres of the squares that follow a terrain, and the number of squares above which they are larger."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,14 +55,19 @@ class GroundPieces:
     kind: Kinds
     """[K] index into `KINDS`."""
 
+    def where(self, chosen: Flags) -> GroundPieces:
+        """The pieces that are chosen [K]."""
+        return GroundPieces(self.outline[chosen], self.kind[chosen])
 
-def ground_pieces(outlines: Outlines, kind: Kinds, cell: shapely.Polygon) -> GroundPieces:
+
+def ground_pieces(outlines: Outlines, kind: Kinds, cell: shapely.Polygon, *, has_land: bool = False) -> GroundPieces:
     """The ground of one square: its parcels whole, and what of the streets around all parcels lies in it.
 
     Args:
         outlines: parcels in the square and around it.
         kind: [n] kind of the ground of each, an index into `KINDS`.
         cell: the square.
+        has_land: whether there is ground beyond the streets.
     """
     inside = shapely.contains_properly(cell, shapely.point_on_surface(outlines))
     near = shapely.intersects(outlines, shapely.buffer(cell, 2 * _STREET))
@@ -63,11 +80,21 @@ def ground_pieces(outlines: Outlines, kind: Kinds, cell: shapely.Polygon) -> Gro
     for name, shape in (
         ("pavement", shapely.difference(pavement, built)),
         ("street", shapely.difference(street, pavement)),
+        ("land", shapely.difference(cell, street) if has_land else shapely.Polygon()),
     ):
-        pieces = _polygons(shapely.intersection(shape, cell))
+        pieces, _ = polygons_of(np.array([shapely.intersection(shape, cell)]))
         parts[0].append(shapely.segmentize(pieces, _STEP))
         parts[1].append(np.full(len(pieces), KINDS.index(name)))
     return GroundPieces(np.concatenate(parts[0]), np.concatenate(parts[1]))
+
+
+def draped(pieces: GroundPieces) -> GroundPieces:
+    """The pieces cut into squares, whose corners follow a terrain."""
+    side = _SQUARE
+    while shapely.area(pieces.outline).sum() > _MOST_SQUARES * side * side:
+        side *= 2.0
+    outline, row = cut_by_squares(pieces.outline, side)
+    return GroundPieces(outline, pieces.kind[row])
 
 
 def ground_scene(pieces: GroundPieces, origin: Floats, heights: Callable[[Floats], Floats]) -> Scene:
@@ -78,7 +105,7 @@ def ground_scene(pieces: GroundPieces, origin: Floats, heights: Callable[[Floats
         origin: [3] origin of the model in metres of the frame: x east, y up, z south.
         heights: height of the ground in metres at points [n, 2], east and north.
     """
-    faces = [_face(polygon) for polygon in pieces.outline]
+    faces = [outline_face(polygon) for polygon in pieces.outline]
     plan = np.concatenate(faces)
     counts = np.array([len(face) for face in faces])
     lift = np.array([_LIFT[kind] for kind in KINDS])[pieces.kind]
@@ -101,19 +128,6 @@ def ground_scene(pieces: GroundPieces, origin: Floats, heights: Callable[[Floats
         texture_maps=np.zeros((0, 2, 4)),
         origins=np.zeros((1, 3)),
     )
-
-
-def _face(polygon: shapely.Polygon) -> Floats:
-    """Corners [n, 2] of a polygon, seen from above counter-clockwise, its holes joined by doubled edges."""
-    outer, *holes = (shapely.get_coordinates(ring)[:-1] for ring in (polygon.exterior, *polygon.interiors))
-    rings = [outer if polygon.exterior.is_ccw else outer[::-1]]
-    rings += [hole[::-1] if ring.is_ccw else hole for hole, ring in zip(holes, polygon.interiors, strict=True)]
-    return np.concatenate(rings)[keyhole(rings)]
-
-
-def _polygons(shape: shapely.Geometry) -> Outlines:
-    parts = shapely.get_parts(shapely.get_parts(shape))
-    return parts[(shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & (shapely.area(parts) > 0.01)]
 
 
 def _materials() -> Materials:

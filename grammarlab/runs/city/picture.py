@@ -18,7 +18,7 @@ from grammarlab.files import atomic_file
 from grammarlab.rendering.camera import Camera, View, frame
 from grammarlab.rendering.raycast import RaycastRenderer
 from grammarlab.rendering.renderer import RenderOptions
-from grammarlab.runs.city.city_ground import GroundPieces, ground_pieces, ground_scene, kinds_of_parcels
+from grammarlab.runs.city.city_ground import LAND, GroundPieces, draped, ground_pieces, ground_scene, kinds_of_parcels
 from grammarlab.runs.city.survey import Survey, surveyed
 from grammarlab.runs.city.tree_places import grown_cards, tree_places
 from grammarlab.runs.city.zone_rules import ZoneRules, make_buildings
@@ -74,21 +74,23 @@ def draw_city(plan: Path, file: Path, *, view: View | StreetView = ABOVE, size: 
     read = read_plan(plan)
     zones = tuple(ZoneRules.of(zone) for zone in read.zones)
     street_trees = None if read.street_trees is None else ZoneRules.along_streets(read.street_trees)
-    batch = _batch(surveyed(read, zones), zones, street_trees, view)
+    survey = surveyed(read, zones)
+    batch = _batch(survey, zones, street_trees, view)
     options = RenderOptions(width=size[0], height=size[1], ground=False)
     aspect = size[0] / size[1]
-    camera = frame(batch.vertices, aspect, view) if isinstance(view, View) else _camera(view)
+    camera = frame(batch.vertices, aspect, view) if isinstance(view, View) else _camera(view, survey)
     picture = RaycastRenderer().render(batch, camera, options)
     with atomic_file(file) as part:
         Image.fromarray(picture).save(part, kind, quality=85)
 
 
-def _camera(view: StreetView) -> Camera:
+def _camera(view: StreetView, survey: Survey) -> Camera:
     turn, tilt = np.radians(view.bearing), np.radians(view.tilt)
     ahead = np.array([np.sin(turn) * np.cos(tilt), np.sin(tilt), -np.cos(turn) * np.cos(tilt)])
     right = np.array([np.cos(turn), 0.0, np.sin(turn)])
     axes = np.stack([right, np.cross(right, ahead), -ahead])
-    eye = np.array([view.east, view.height, -view.north])
+    (ground,) = survey.heights(np.array([[view.east, view.north]]))
+    eye = np.array([view.east, ground + view.height, -view.north])
     return Camera(eye, axes, float(np.tan(np.radians(_FIELD_OF_VIEW) / 2)), parallel=False)
 
 
@@ -123,7 +125,13 @@ def _is_full(survey: Survey, view: View | StreetView) -> Flags:
 def _ground(survey: Survey, zones: tuple[ZoneRules, ...]) -> GroundPieces:
     outlines = survey.parcels.outline
     everywhere = shapely.buffer(shapely.box(*shapely.total_bounds(outlines)), 100.0)
-    return ground_pieces(outlines, kinds_of_parcels(survey, [rules.is_species for rules in zones]), everywhere)
+    kinds = kinds_of_parcels(survey, [rules.is_species for rules in zones])
+    if survey.ground.terrain is None:
+        return ground_pieces(outlines, kinds, everywhere)
+    pieces = draped(ground_pieces(outlines, kinds, everywhere, has_land=True))
+    middles = shapely.get_coordinates(shapely.centroid(pieces.outline))
+    # A terrain may end near the city; parcels beyond it are at height 0.
+    return pieces.where((pieces.kind != LAND) | ~np.isnan(survey.ground.terrain.heights(middles)))
 
 
 def _merged(scene: Scene, places: Floats) -> TriangleBatch:

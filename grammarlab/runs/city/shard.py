@@ -78,8 +78,8 @@ class ShardTask:
         used = np.unique(sites.zone).tolist()
         parts += [(zone, self.zones[zone].zone, self.zones[zone].hash) for zone in used]
         digest = sha256(repr(parts).encode("utf-8", "surrogatepass"))
-        columns = (sites.zone, sites.seed, sites.model, sites.reroll, sites.corner, sites.footprints.points)
-        columns = (*columns, sites.footprints.offsets, sites.footprints.street_width)
+        columns = (sites.zone, sites.seed, sites.model, sites.reroll, sites.corner, sites.plinth)
+        columns = (*columns, sites.footprints.points, sites.footprints.offsets, sites.footprints.street_width)
         for column in columns:
             digest.update(b"" if column is None else np.ascontiguousarray(column).tobytes())
         for name, column in sorted(sites.attributes.items()):
@@ -253,6 +253,7 @@ class _Builder:
                     "model": str(sites.model[row]),
                     "reroll": int(sites.reroll[row]),
                 },
+                plinth=float(sites.plinth[row]),
             )
             yield building_line(building)
 

@@ -25,6 +25,7 @@ from grammarlab.city.terrain import Terrain, read_terrain
 from grammarlab.city.zone_file import read_zones
 from grammarlab.city.zones import ZoneSources
 from grammarlab.errors import UsageError
+from grammarlab.geometry.footprints.coordinates import UNPLACED
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.geometry.footprints.frame import Frame
 from grammarlab.runs.city.zone_rules import ZoneRules
@@ -36,6 +37,16 @@ class PlacedTerrain:
 
     terrain: Terrain
     frame: Frame
+
+    @classmethod
+    def read(cls, path: Path, frame: Frame) -> PlacedTerrain:
+        """The terrain of a file; one that names no coordinate system has that of a frame at an unknown place.
+
+        Raises:
+            AssetError: If it cannot be read.
+            UsageError: If the extra ``city`` is missing.
+        """
+        return cls(read_terrain(path, default_crs=None if frame.has_place else UNPLACED), frame)
 
     def heights(self, east_north: Floats, /) -> Floats:
         """[n] height in metres at points [n, 2] in metres from the frame's origin; NaN outside."""
@@ -119,7 +130,7 @@ def layout_of(plan: LayoutPlan, crs: str | None) -> Layout:
 
 
 def _terrain(plan: Plan, parcels: Parcels) -> PlacedTerrain | None:
-    return None if plan.terrain is None else PlacedTerrain(read_terrain(plan.terrain), parcels.frame)
+    return None if plan.terrain is None else PlacedTerrain.read(plan.terrain, parcels.frame)
 
 
 def surveyed(plan: Plan, zones: Sequence[ZoneRules]) -> Survey:
@@ -164,9 +175,7 @@ def site_sources(plan: Plan, zones: Sequence[ZoneRules], frame: Frame) -> SiteSo
             if source.distance is not None
         },
         rasters={
-            source.name: PlacedTerrain(read_terrain(source.raster), frame)
-            for source in plan.fields
-            if source.raster is not None
+            source.name: PlacedTerrain.read(source.raster, frame) for source in plan.fields if source.raster is not None
         },
         parks=[rules.zone for rules in zones if rules.is_species],
         start_rules={rules.zone: rules.rule_names() for rules in zones},

@@ -12,12 +12,14 @@ import numpy as np
 
 from grammarlab.arrays import Ints
 from grammarlab.city.plan import StreetTrees, ZonePlan
+from grammarlab.city.site_attributes import GROUND_LEVEL
 from grammarlab.city.sites import Sites
 from grammarlab.derivation.forest import Forest, MissingAsset
 from grammarlab.errors import DerivationError, UsageError
 from grammarlab.export.surface_labels import SurfaceLabels
 from grammarlab.export.tiles.texture_colors import with_pictures
 from grammarlab.features.accepted_grammar import AcceptedGrammar
+from grammarlab.runs.city.plinths import with_plinths
 from grammarlab.runs.city.semantics import surface_labels
 from grammarlab.runs.sample.checks import grammar_to_run
 from grammarlab.runs.sample.domains import SPECIES
@@ -164,12 +166,14 @@ def _made_one_by_one(rules: ZoneRules, sites: Sites) -> MadeBuildings:
 
 def _made(rules: ZoneRules, sites: Sites, rows: Ints) -> MadeBuildings:
     forest = rules.source.derive(sites.lots()).forest
-    scene = with_pictures(realize(forest), rules.assets)
+    scene, labels = with_pictures(realize(forest), rules.assets), surface_labels(forest)
+    if GROUND_LEVEL not in rules.source.grammar.attributes:
+        scene, labels = with_plinths(scene, labels, sites)
     require_finite(scene)
     return MadeBuildings(
         row=rows,
         scene=scene,
-        labels=surface_labels(forest),
+        labels=labels,
         reports=_sums(forest),
         failures={},
         missing_assets=frozenset(forest.missing_assets),

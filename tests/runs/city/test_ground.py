@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from grammarlab.runs.city.city_ground import KINDS, ground_pieces, ground_scene
+from grammarlab.runs.city.city_ground import KINDS, draped, ground_pieces, ground_scene
 from grammarlab.scene import triangles
 
 PARCELS = np.array(
@@ -53,3 +53,20 @@ def test_surfaces_look_up_and_follow_the_terrain():
     sides = corners[:, 1:] - corners[:, :1]
     covered = np.abs(np.linalg.det(sides)).sum() / 2
     assert np.isclose(covered, shapely.area(pieces.outline).sum(), rtol=1e-4)
+
+
+def test_draped_pieces_are_the_same_ground_at_the_height_of_a_curved_terrain():
+    pieces = ground_pieces(PARCELS, KIND, WHOLE, has_land=True)
+    whole = draped(pieces)
+    for kind in range(len(KINDS)):
+        before, after = (shapely.area(part.outline[part.kind == kind]).sum() for part in (pieces, whole))
+        assert np.isclose(before, after, rtol=1e-3)
+    assert np.isclose(shapely.area(whole.outline).sum(), WHOLE.area, rtol=1e-3)
+
+    def height(points: np.ndarray) -> np.ndarray:
+        return 0.002 * (points**2).sum(axis=1)
+
+    batch = triangles(ground_scene(whole, np.zeros(3), height))
+    middles = batch.vertices[batch.triangles].astype(np.float64).mean(axis=1)
+    # A chord of 5 m below a parabola: .002 (5 / 2)² for each axis.
+    assert np.abs(middles[:, 1] - height(middles[:, [0, 2]])).max() < 0.002 * 2 * 2.5**2 + 0.03
