@@ -1,0 +1,134 @@
+"""Productions of arithmetic: sums, differences, products and ratios of counts and draws, and computed sizes.
+
+A bound, a band or a level of what they make is no candidate: cells find these themselves. So ``a > b`` is a level of
+``a - b``, and ``a + b < 12`` one of ``a + b``. Of more candidates than a production may have, those whose parts are
+declared nearest to each other are kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from grammarlab.arrays import Ints
+from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.quantities import Block, Quantities, Recipe, blocks, nearest_pairs, nearest_sets
+
+_MOST = 2_000
+"""Largest number of columns of one recipe."""
+_MOST_SIZES = 4_000
+"""Largest number of computed sizes of one form."""
+_MAX_NUMERALS = 24
+"""Largest number of counts that multiply draws."""
+_NUM_TERMS = (3, 4)
+"""Numbers of draws in longer sums."""
+
+
+def sums_of_two(elements: Elements) -> Iterator[Block]:
+    """``a + b`` of two counts, or of two draws."""
+    for quantities in (elements.draws, elements.counts):
+        yield from _of_pairs("+", quantities)
+
+
+def differences(elements: Elements) -> Iterator[Block]:
+    """``a - b`` of two counts, or of two draws."""
+    for quantities in (elements.draws, elements.counts):
+        yield from _of_pairs("-", quantities)
+
+
+def products(elements: Elements) -> Iterator[Block]:
+    """``a * b`` of two draws, of two counts, or of a count and a draw."""
+    yield from _of_pairs("*", elements.draws)
+    yield from _of_pairs("*", _numerals(elements))
+    yield from _crossed(lambda do, n, a: do("*", n, a), [_numerals(elements), elements.draws], _MOST)
+
+
+def ratios(elements: Elements) -> Iterator[Block]:
+    """``a / b`` of two draws, of two counts, or of a count and a draw."""
+    yield from _of_pairs("/", elements.draws)
+    yield from _of_pairs("/", elements.counts)
+    yield from _crossed(lambda do, n, a: do("/", a, n), [_numerals(elements), elements.draws], _MOST)
+
+
+def parities(elements: Elements) -> Iterator[Block]:
+    """``n % 2`` of a count, or of the sum of two."""
+    counts = elements.counts
+    yield from blocks(lambda do, n: do("%", n, 2.0), [counts], np.arange(len(counts))[:, None])
+    recipe: Recipe = lambda do, n, m: do("%", do("+", n, m), 2.0)  # noqa: E731  # one line per recipe
+    yield from blocks(recipe, [counts, counts], nearest_pairs(len(counts), most=_MOST))
+
+
+def longer_sums(elements: Elements) -> Iterator[Block]:
+    """``a + b - c`` and ``a + b - c + d`` of draws, with any signs but for the first."""
+    draws = elements.draws
+    for number in _NUM_TERMS:
+        sets = nearest_sets(len(draws), number, _MOST >> (number - 1))
+        for signs in product("+-", repeat=number - 1):
+            yield from blocks(_signed(signs), [draws] * number, sets)
+
+
+def longer_products(elements: Elements) -> Iterator[Block]:
+    """``a * b * c`` and ``a * b / c`` of draws."""
+    draws = elements.draws
+    sets = nearest_sets(len(draws), 3, _MOST // 4)
+    yield from blocks(lambda do, a, b, c: do("*", do("*", a, b), c), [draws] * 3, sets)
+    for order in ([0, 1, 2], [0, 2, 1], [1, 2, 0]):
+        yield from blocks(lambda do, a, b, c: do("/", do("*", a, b), c), [draws] * 3, sets[:, order])
+
+
+def linear_sizes(elements: Elements) -> Iterator[Block]:
+    """``n * a + b``: so many storeys on a plinth."""
+    recipe: Recipe = lambda do, n, a, b: do("+", do("*", n, a), b)  # noqa: E731
+    yield from _crossed(recipe, [_numerals(elements), elements.draws, elements.draws], _MOST_SIZES)
+
+
+def proportions(elements: Elements) -> Iterator[Block]:
+    """``n * a / c`` and ``(n * a + b) / c``: the height of so many storeys on a plinth by the width."""
+    numerals, draws = _numerals(elements), elements.draws
+    shorter: Recipe = lambda do, n, a, c: do("/", do("*", n, a), c)  # noqa: E731
+    yield from _crossed(shorter, [numerals, draws, draws], _MOST)
+    recipe: Recipe = lambda do, n, a, b, c: do("/", do("+", do("*", n, a), b), c)  # noqa: E731
+    yield from _crossed(recipe, [numerals, draws, draws, draws], _MOST_SIZES)
+
+
+def _of_pairs(operation: str, quantities: Quantities) -> Iterator[Block]:
+    pairs = nearest_pairs(len(quantities), most=_MOST)
+    return blocks(lambda do, a, b: do(operation, a, b), [quantities, quantities], pairs)
+
+
+def _signed(signs: tuple[str, ...]) -> Recipe:
+    def recipe(do: Any, first: Any, *others: Any) -> Any:
+        for sign, other in zip(signs, others, strict=True):
+            first = do(sign, first, other)
+        return first
+
+    return recipe
+
+
+def _numerals(elements: Elements) -> Quantities:
+    """Numbers of things that may multiply draws."""
+    return elements.numerals.take(np.arange(min(len(elements.numerals), _MAX_NUMERALS)))
+
+
+def _crossed(recipe: Recipe, tables: list[Quantities], most: int) -> Iterator[Block]:
+    """A recipe on a count and one or more different draws, those declared nearest to each other first."""
+    numerals, *draws = tables
+    sets = _arrangements(len(draws[0]), len(draws), most // max(1, len(numerals)))
+    indices = np.column_stack([np.tile(np.arange(len(numerals)), len(sets)), np.repeat(sets, len(numerals), axis=0)])
+    return blocks(recipe, tables, indices)
+
+
+def _arrangements(number: int, size: int, most: int) -> Ints:
+    """[K, size] different elements in any order, those of the smallest extent first.
+
+    >>> _arrangements(3, 2, 3).tolist()
+    [[0, 1], [1, 2], [1, 0]]
+    """
+    if size == 1:
+        return np.arange(min(number, most))[:, None]
+    orders = [list(order) for order in product(range(size), repeat=size) if len(set(order)) == size]
+    sets = nearest_sets(number, size, -(-most // len(orders)))
+    return np.concatenate([sets[:, order] for order in orders])[:most]

@@ -1,0 +1,137 @@
+"""The candidates for what a person may like: columns of numbers with formulas and prices.
+
+The price of a candidate is its description length in nats: log 2 to use a candidate at all, the log of the number of
+productions and of the candidates of its own, and log 2 for each operation after the first. So exp(-price) is a prior
+over the language, and sums to less than 1. Candidates that are the same in all designs are left out, and of those that
+are equal up to a shift and a factor one is kept: an element of the language, or else the cheapest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.derivation.forest import Forest
+from grammarlab.features.patterns.pattern import Feature
+from grammarlab.tastes import arithmetic
+from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.quantities import Block, as_block
+
+MAX_CANDIDATES = 20_000
+"""Largest number of candidates."""
+MAX_VALUES = 1 << 24
+"""Largest number of values of all candidates; for more designs there are fewer candidates."""
+_DIGITS = 9
+"""Number of digits by which columns differ."""
+
+Production: TypeAlias = Callable[[Elements], Iterator[Block]]
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """C candidates, elements before what is made of them, the cheapest first."""
+
+    formulas: tuple[Feature, ...]
+    """[C] what they are."""
+    values: Floats
+    """[n, C] their values for n designs."""
+    prices: Floats
+    """[C] their prices in nats."""
+
+    @property
+    def flags(self) -> Ints:
+        """Indices of the candidates that are 0 or 1, from which conditions such as "two of three" are made."""
+        return np.flatnonzero(((self.values == 0.0) | (self.values == 1.0)).all(axis=0))
+
+
+def counts(elements: Elements) -> Iterator[Block]:
+    """Counts of nodes and of outcomes of choices."""
+    return as_block(elements.counts)
+
+
+def draws(elements: Elements) -> Iterator[Block]:
+    """Random numbers."""
+    return as_block(elements.draws)
+
+
+PRODUCTIONS: Mapping[str, Production] = {
+    "counts": counts,
+    "draws": draws,
+    "sums of two": arithmetic.sums_of_two,
+    "differences": arithmetic.differences,
+    "products": arithmetic.products,
+    "ratios": arithmetic.ratios,
+    "parities": arithmetic.parities,
+    "longer sums": arithmetic.longer_sums,
+    "longer products": arithmetic.longer_products,
+    "linear sizes": arithmetic.linear_sizes,
+    "proportions": arithmetic.proportions,
+}
+"""The productions of the language."""
+
+
+class _Priced(NamedTuple):
+    block: Block
+    price: float
+
+
+def candidates(forests: Sequence[Forest], productions: Mapping[str, Production] = PRODUCTIONS) -> Candidates:
+    """Candidates that distinguish models of a grammar.
+
+    Args:
+        forests: the models.
+        productions: productions of the language, by name.
+
+    Raises:
+        UsageError: If the columns of a forest are not trees.
+
+    >>> import grammarlab as gl
+    >>> forest = gl.derive(gl.Grammar.parse("attr w = rand(1, 2)  Lot --> 50% : A else : B"), 50, seed=1)
+    >>> [str(formula) for formula in candidates([forest]).formulas[:2]]
+    ['w', 'Lot:0']
+    """
+    elements = Elements.of(forests)
+    return collected([priced(list(make(elements)), len(productions)) for make in productions.values()], elements.num)
+
+
+def priced(blocks: Sequence[Block], num_productions: int) -> list[_Priced]:
+    """The columns of one production with their prices."""
+    size = sum(block.size for block in blocks)
+    base = np.log(2.0) + np.log(num_productions) + np.log(max(size, 1))
+    return [_Priced(block, float(base + np.log(2.0) * max(block.operators - 1, 0))) for block in blocks]
+
+
+def collected(productions: Sequence[Sequence[_Priced]], num: int) -> Candidates:
+    """The different columns of productions for ``num`` designs."""
+    most = min(MAX_CANDIDATES, MAX_VALUES // max(num, 1))
+    known, formulas, columns, prices = set[bytes](), list[Feature](), list[Floats](), list[float]()
+    parts = [part for parts in productions for part in parts]
+    for block, price in sorted(parts, key=lambda part: (part.block.operators > 0, part.price)):
+        if len(formulas) >= most:
+            break
+        values = block.values()
+        for index, form in _forms(values):
+            if form not in known and len(formulas) < most:
+                known.add(form)
+                formulas.append(block.formula(index))
+                columns.append(values[:, index])
+                prices.append(price)
+    values = np.stack(columns, axis=1) if columns else np.zeros((num, 0))
+    return Candidates(tuple(formulas), values, np.array(prices))
+
+
+def _forms(values: Floats) -> Iterator[tuple[int, bytes]]:
+    """Index of each column [n, K] that is not constant, and what it has in common with its multiples and shifts."""
+    if not len(values):
+        return
+    centred = values - values.mean(axis=0)
+    size = np.abs(centred).max(axis=0)
+    varying = np.flatnonzero(size > 1e-9 * np.maximum(1.0, np.abs(values).max(axis=0)))
+    scaled = np.round(centred[:, varying] / size[varying], _DIGITS)
+    first = (scaled != 0.0).argmax(axis=0)
+    scaled = (scaled * np.sign(scaled[first, np.arange(len(varying))])).T + 0.0
+    yield from zip(varying.tolist(), map(bytes, np.ascontiguousarray(scaled.astype(np.float32))), strict=True)

@@ -1,0 +1,50 @@
+"""Small grammars with what the language of tastes is about."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from grammarlab.derivation.derive import derive
+from grammarlab.derivation.forest import Forest
+from grammarlab.language.grammar import Grammar
+
+GRAMMARS = {
+    "towers": """
+        attr storey = rand(3, 4)
+        attr plinth = rand(1, 3)
+        attr front = rand(5, 9)
+        attr color =
+            30% : 1
+            30% : 2
+            else : 3
+        Lot --> 30% : Two Tower Tower 30% : Three Tower Tower Tower else : Four Tower Tower Tower Tower
+        Tower --> 40% : Brick Roof 40% : Glass Roof else : Steel
+        Roof --> 50% : Flat else : Gable
+    """,
+    "recursive": """
+        attr size = rand(1, 2)
+        Lot --> Stack
+        Stack --> 60% : Part Stack else : Part End
+        Part --> 30% : Red 30% : Blue else : Green
+    """,
+    "roles": """
+        Lot --> 50% : OfficeFloor OfficeRoof else : HouseFloor HouseRoof HouseFloor
+        OfficeFloor --> 50% : OfficeGlass else : OfficeBrick
+        HouseFloor --> 50% : HouseBrick else : HouseGlass
+        OfficeRoof --> 50% : OfficeFlat else : OfficeGable
+        HouseRoof --> 50% : HouseGable 25% : HouseFlat else : HouseHip
+    """,
+    "sections": """
+        Lot --> 50% : Section Section else : Section Section Section
+        Section --> 80% : Left Right else : Left
+        Left --> 50% : Round else : Square
+        Right --> 50% : Round else : Square
+    """,
+}
+
+
+@cache
+def forests_of(name: str) -> tuple[Forest, ...]:
+    """Two batches of models of a grammar."""
+    grammar = Grammar.parse(GRAMMARS[name])
+    return derive(grammar, 40, seed=1), derive(grammar, 24, seed=2)
