@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from grammarlab.city.tree_file import VERSION as TREES
 from grammarlab.city.zone_file import VERSION as ZONES
 from grammarlab.facade.file import VERSION as FACADE
 from grammarlab.matching.scans.element_files import VERSION as ELEMENTS
@@ -21,6 +22,7 @@ VERSIONS: Mapping[str, tuple[str, int]] = {
     "grammarlab.runs.sample.manifest": ("Manifest of a run", MANIFEST),
     "grammarlab.pages.record.store": ("Scoring session", len(STEPS)),
     "grammarlab.city.zone_file": ("Learned zones", ZONES),
+    "grammarlab.city.tree_file": ("Learned species", TREES),
     "grammarlab.runs.city.parcel_table": ("Table of parcels", PARCELS),
 }
 """Name and version of each file format with a version, by the module that writes it."""
@@ -42,6 +44,7 @@ FILES: Mapping[str, tuple[str, str]] = {
     ),
     "Plan of a city": ("`.toml`", "cities/file.md#the-plan"),
     "Learned zones": ("`.zones.json`", "cities/file.md#learned-zones"),
+    "Learned species": ("`.trees.json`", "cities/file.md#learned-species"),
     "Table of parcels": ("`parcels.parquet`", "cities/file.md#parcelsparquet"),
     "Facade": ("`.facade.json`", "facades/file.md"),
     "Design of layers": ("`.toml`", "layers/file.md"),

@@ -24,6 +24,8 @@ from typing import Literal, TypeAlias
 from grammarlab.city.layout_plan import LayoutPlan, layout_plan
 from grammarlab.city.plan_fields import check_condition
 from grammarlab.city.plan_tables import Keys, PlanTables
+from grammarlab.city.polygon_text import located_polygon
+from grammarlab.city.tree_map_plan import TreeMapPlan, is_tree_file, tree_map_plan
 from grammarlab.errors import AssetError, Finding, LanguageError, Location, TomlError, UsageError, shown
 from grammarlab.files import read_bounded
 from grammarlab.toml_text import toml_text
@@ -81,7 +83,8 @@ class ZonePlan:
 
     name: str
     grammar: str
-    """Name of a shipped grammar or species, or the path of a file: rules, a facade grammar, or a species for parks."""
+    """Name of a shipped grammar or species, or the path of a file: rules, a facade grammar, or for parks a species or
+    the learned intensities of several ones (NAME.trees.json)."""
     where: str = ""
     """Condition over fields of the parcel; empty for none."""
     match: Mapping[str, tuple[PlanValue, ...]] = field(default_factory=dict)
@@ -99,7 +102,7 @@ class ZonePlan:
     start: str = ""
     """Start rule; empty for the one that fits the parcel (`grammarlab.city.site_making`)."""
     trees_per_hectare: float | None = None
-    """Density of trees if the grammar is a species; None for its usual one."""
+    """Density of trees if the grammar is one species; None for its usual one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +110,7 @@ class StreetTrees:
     """Trees along the streets."""
 
     species: str
-    """Name of a shipped species, or the path of its file."""
+    """Name of a shipped species, or the path of its file; or that of learned intensities of several ones."""
     spacing: float = 10.0
     """Metres between trees along the street."""
     offset: float = 1.5
@@ -160,6 +163,8 @@ class Plan:
     zones: tuple[ZonePlan, ...]
     """At least one, in the order of their precedence, with different names."""
     street_trees: StreetTrees | None = None
+    tree_map: TreeMapPlan | None = None
+    """What intensities of species are learned from."""
 
     @property
     def folder(self) -> Path:
@@ -186,15 +191,6 @@ def read_plan(path: Path) -> Plan:
         place = Location(error.line or 1, error.column or 1, 1, str(path))
         raise LanguageError((Finding("error", "syntax", error.message, place),)) from None
     return parse_plan(text, path)
-
-
-def is_polygon_text(text: str) -> bool:
-    """Whether a polygon is given by WKT, and not by the path of a file.
-
-    >>> is_polygon_text("SRID=4326;POLYGON ((0 0, 1 0, 1 1, 0 0))"), is_polygon_text("polygon.geojson")
-    (True, False)
-    """
-    return _WKT.match(text) is not None
 
 
 def parse_plan(text: str, path: Path) -> Plan:
@@ -228,7 +224,7 @@ _KEYS = (
         "geoid_height",
         "pins",
     ),
-    *("setbacks", "minimum", "maximum", "ring", "fields", "zones", "street_trees"),
+    *("setbacks", "minimum", "maximum", "ring", "fields", "zones", "street_trees", "tree_map"),
 )
 _ZONE_KEYS = (
     *("name", "grammar", "where", "match", "polygon", "density", "attributes", "setbacks", "footprint", "start"),
@@ -242,7 +238,6 @@ _LARGEST = 1e8
 """Largest area in square metres."""
 _ZONE_NAME = re.compile(r"[^\W_][\w .+-]{0,63}")
 _FIELD_NAME = re.compile(r"[^\W\d]\w{0,63}")
-_WKT = re.compile(r"\s*(SRID\s*=\s*\d+\s*;\s*)?(MULTI)?POLYGON\s*(Z\s*)?(\(|EMPTY)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,6 +269,7 @@ class _PlanReader:
             fields=tuple(self._field(number) for number in range(tables.tables("fields", _MOST_FIELDS))),
             zones=self._zones(),
             street_trees=self._street_trees(),
+            tree_map=tree_map_plan(tables, self.path.parent),
         )
         tables.raise_findings()
         return plan
@@ -342,12 +338,16 @@ class _PlanReader:
             message = f"expected a name of at most 64 letters, digits, blanks, dots, _, + and -, found {shown(name)}"
             tables.report("wrong-name", message, (*keys, "name"))
         has_setbacks = tables.value((*keys, "setbacks")) is not None
+        grammar = self._grammar((*keys, "grammar"))
+        if is_tree_file(grammar) and tables.value((*keys, "trees_per_hectare")) is not None:
+            message = "expected trees_per_hectare with one species; learned trees have their own density"
+            tables.report("conflict", message, (*keys, "trees_per_hectare"), at_key=True)
         return ZonePlan(
             name=name,
-            grammar=self._grammar((*keys, "grammar")),
+            grammar=grammar,
             where=self._condition((*keys, "where")),
             match=self._match((*keys, "match")),
-            polygon=self._polygon((*keys, "polygon")),
+            polygon=located_polygon(tables.text((*keys, "polygon")), self.path.parent),
             density=self._file((*keys, "density")),
             attributes=self._attributes((*keys, "attributes")),
             setbacks=self._setbacks((*keys, "setbacks"), self._lots().setbacks) if has_setbacks else None,
@@ -360,10 +360,6 @@ class _PlanReader:
         """A shipped name as it is, or the path of a file, which has a suffix."""
         text = self.tables.text(keys, required=True)
         return str(self.path.parent / text) if Path(text).suffix else text
-
-    def _polygon(self, keys: Keys) -> str:
-        text = self.tables.text(keys)
-        return text if not text or is_polygon_text(text) else str(self.path.parent / text)
 
     def _condition(self, keys: Keys) -> str:
         text = self.tables.text(keys)

@@ -1,8 +1,7 @@
-"""Intensities of trees: how many of each species stand where, learned from trees on a map, and trees drawn from them.
+"""Intensities of trees: how many of each species stand where, and trees drawn from them.
 
 The intensity has the form of a zone density: ln(trees per hectare) = b + g(u) for each species, g a sum of Matérn 3/2
-kernels. It is the mode of a log-Gaussian Cox process (J. Møller, A. Syversveen, R. Waagepetersen, "Log Gaussian Cox
-processes", 1998) on cells of 20 m, whose scale and length are learned by the Laplace evidence.
+kernels (`grammarlab.city.tree_learning`).
 
 Candidates are those of `grammarlab.trees.arrivals`: a Poisson process in space and time with addresses, in cells of
 20 m. A candidate is a tree if its time is below the intensity at its place, and no earlier candidate is within the
@@ -19,15 +18,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.spatial import KDTree
-from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.city.fields import METRES_PER_KM
-from grammarlab.city.zone_density import matern, text_words
-from grammarlab.city.zone_design import kernel_root, rounded, spread_order, whitened_kernels
-from grammarlab.errors import UsageError
+from grammarlab.city.zone_density import matern, text_words, zone_noise
 from grammarlab.geometry.footprints.equal_area import Plane
 from grammarlab.geometry.footprints.frame import Frame
 from grammarlab.randomness import Keys, derived_seed
@@ -41,17 +36,8 @@ CELL = 20.0
 """Side of the cells in metres. It divides the grid of the origins of frames, so cells are the same in all frames."""
 MAX_INTENSITY = FULL * HECTARE / CELL**2
 """Largest intensity in trees per hectare before thinning: 200; larger ones count as this one."""
-_PLACES = 64
-"""Most inducing places."""
-_MAX_CELLS = 40_000
-"""Most cells to learn from."""
-_SCALES = (0.0, 0.3, 0.6, 1.0, 1.7, 3.0)
-"""Candidate standard deviations of g, in logarithms of intensities; with the first one, trees stand evenly."""
-_LENGTHS = (0.25, 0.5, 1.0, 2.0)
-"""Candidate lengths of the kernel, by the spread of the cells."""
-_STEPS, _TOLERANCE = 60, 1e-9
-_PSEUDO_TREES = 0.5
-"""Trees added to a species without any, so that its logarithm is finite."""
+_BLOCK = 1 << 16
+"""Points whose kernels are in memory at once: 34 MB for 64 places."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -68,16 +54,34 @@ class TreeIntensity:
     weights: Floats
     """[M, S] weights of the kernel around each place."""
     length: Floats
-    """[S] length of the kernel in km."""
+    """[S] length of the kernel in km, > 0."""
+    trees: str
+    """SHA-256 of the trees that it was learned from, 64 hexadecimal digits."""
 
     def at(self, east_north: Floats) -> Floats:
         """[n, S] trees per hectare at points [n, 2] in metres from the frame's origin."""
+        return np.exp(np.minimum(self._logarithms(east_north), np.log(MAX_INTENSITY)))
+
+    def species_at(self, east_north: Floats, ids: NDArray[np.object_], seed: int) -> Ints:
+        """[n] number of the species drawn for trees that stand anyhow, in proportion to the intensities.
+
+        Args:
+            east_north: [n, 2] trees in metres from the frame's origin.
+            ids: [n] names of their places; a place has the same species whatever the others are.
+            seed: 0 <= seed < 2**64.
+        """
+        return (self._logarithms(east_north) + zone_noise(ids, self.species, seed)).argmax(axis=1)
+
+    def _logarithms(self, east_north: Floats) -> Floats:
+        """[n, S] logarithms of trees per hectare."""
         u = east_north / METRES_PER_KM
-        parts = [
-            matern(u, self.places, length) @ weights
-            for length, weights in zip(self.length, self.weights.T, strict=True)
-        ]
-        return np.exp(np.minimum(self.intercept + np.column_stack(parts), np.log(MAX_INTENSITY)))
+        values = np.empty((len(u), len(self.species)))
+        for start in range(0, len(u), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            for column, length in enumerate(self.length.tolist()):
+                kernels = matern(u[block], self.places, length)
+                values[block, column] = self.intercept[column] + kernels @ self.weights[:, column]
+        return values
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,44 +99,6 @@ class Trees:
         return len(self.model)
 
 
-def learned_intensity(
-    east_north: Floats, species: NDArray[np.object_], area: BaseGeometry, frame: Frame
-) -> TreeIntensity:
-    """The intensity of trees on a map.
-
-    Args:
-        east_north: [n, 2] trees in metres from the frame's origin; those outside the area are left out.
-        species: [n] names of their species.
-        area: where all trees are on the map, in metres.
-        frame: the frame.
-
-    Raises:
-        UsageError: If the area is empty or too large, or there are no species.
-    """
-    names = tuple(sorted(set(species.tolist())))
-    if not names:
-        raise UsageError("trees: expected at least one.")
-    centres, share = _cells(area)
-    inside = shapely.contains_xy(area, *east_north.T)
-    cell_of = {tuple(cell): row for row, cell in enumerate(np.floor(centres / CELL).astype(np.int64).tolist())}
-    counts = np.zeros((len(centres), len(names)))
-    cells = np.floor(east_north[inside] / CELL).astype(np.int64).tolist()
-    for cell, name in zip(cells, species[inside].tolist(), strict=True):
-        counts[cell_of[tuple(cell)], names.index(name)] += 1.0
-    u = centres / METRES_PER_KM
-    places = rounded(u[spread_order(u, _PLACES)])
-    with threadpool_limits(1, "blas"):
-        fits = [_fit(u, share * CELL**2 / HECTARE, column, places) for column in counts.T]
-    return TreeIntensity(
-        species=names,
-        frame=frame,
-        intercept=np.array([fit[0] for fit in fits]),
-        places=places,
-        weights=np.column_stack([fit[1] for fit in fits]),
-        length=np.array([fit[2] for fit in fits]),
-    )
-
-
 def trees_in(area: BaseGeometry, intensity: TreeIntensity, radii: Sequence[float], seed: int) -> Trees:
     """Trees drawn from an intensity.
 
@@ -145,6 +111,8 @@ def trees_in(area: BaseGeometry, intensity: TreeIntensity, radii: Sequence[float
     Raises:
         UsageError: If the area has too many cells.
     """
+    if area.is_empty:
+        return Trees(np.zeros(0, np.uint64), np.zeros(0, np.int64), np.zeros((0, 2)))
     reach, origin = max(radii), np.array(intensity.frame.origin)
     boxes = (shapely.bounds(shapely.get_parts(area)) + np.tile(origin, 2)).reshape(-1, 2, 2)
     boxes += np.array([[-reach], [reach]])
@@ -186,77 +154,3 @@ def _shaded(points: Floats, time: Floats, model: Keys, radius: Floats) -> Flags:
     swap = (time[one] > time[other]) | ((time[one] == time[other]) & (model[one] > model[other]))
     shaded[np.where(swap, one, other)] = True
     return shaded
-
-
-def _cells(area: BaseGeometry) -> tuple[Floats, Floats]:
-    """[c, 2] centres of the cells that meet an area, and [c] the share of each that is inside."""
-    if area.is_empty or area.area <= 0.0:
-        raise UsageError("area: expected polygons of trees, found none.")
-    west, south, east, north = np.floor(np.array(area.bounds) / CELL).astype(np.int64).tolist()
-    num = (east - west + 1) * (north - south + 1)
-    if num > 100 * _MAX_CELLS:
-        raise UsageError(f"area: expected at most {_MAX_CELLS:,} cells of {CELL:g} m, found {num:,}.")
-    index = np.stack(np.meshgrid(np.arange(west, east + 1), np.arange(south, north + 1)), axis=-1).reshape(-1, 2)
-    boxes = shapely.box(*(index * CELL).T, *((index + 1) * CELL).T)
-    shapely.prepare(area)
-    meets = shapely.intersects(area, boxes)
-    share = np.asarray(shapely.area(shapely.intersection(boxes[meets], area))) / CELL**2
-    used = share > 0.0
-    if used.sum() > _MAX_CELLS:
-        raise UsageError(f"area: expected at most {_MAX_CELLS:,} cells of {CELL:g} m, found {used.sum():,}.")
-    return (index[meets][used] + 0.5) * CELL, share[used]
-
-
-def _fit(u: Floats, hectares: Floats, counts: Floats, places: Floats) -> tuple[float, Floats, float]:
-    """Intercept, weights [M] and length of the best scale and length, by the Laplace evidence.
-
-    Args:
-        u: [c, 2] cells in km.
-        hectares: [c] area of each cell.
-        counts: [c] trees.
-        places: [M, 2] inducing places in km.
-    """
-    spread = max(float(np.sqrt(u.var(axis=0).sum())), CELL / METRES_PER_KM)
-    mean = np.log(max(counts.sum(), _PSEUDO_TREES) / hectares.sum())
-    best = (-np.inf, mean, np.zeros(len(places)), spread)
-    for share in _LENGTHS:
-        length = float(rounded(np.array(share * spread)))
-        kernels = whitened_kernels(u, places, length)
-        for scale in _SCALES:
-            rows = np.column_stack([np.ones(len(u)), scale * kernels])
-            value, weights = _poisson_mode(rows, hectares * np.exp(mean), counts)
-            if value > best[0] + 1e-6:
-                on_kernels = solve_triangular(kernel_root(places, length).T, scale * weights[1:], lower=False)
-                best = (value, float(mean + weights[0]), rounded(on_kernels), length)
-    return float(rounded(np.array(best[1]))), best[2], best[3]
-
-
-def _poisson_mode(rows: Floats, expected: Floats, counts: Floats) -> tuple[float, Floats]:
-    """Logarithm of the evidence, but for a constant, and the most probable weights [D] with the prior N(0, 1).
-
-    Args:
-        rows: [c, D] design.
-        expected: [c] mean counts if all weights are 0.
-        counts: [c] counts.
-    """
-    weights = np.zeros(rows.shape[1])
-
-    def value_at(w: Floats) -> float:
-        odds = rows @ w
-        return float(counts @ odds - expected @ np.exp(np.minimum(odds, 30.0)) - 0.5 * w @ w)
-
-    value = value_at(weights)
-    for _ in range(_STEPS):
-        rate = expected * np.exp(np.minimum(rows @ weights, 30.0))
-        factor = cho_factor(rows.T @ (rate[:, None] * rows) + np.eye(len(weights)), lower=True)
-        step = cho_solve(factor, rows.T @ (counts - rate) - weights)
-        length = 1.0
-        while value_at(weights + length * step) < value and length > 1e-6:
-            length /= 2
-        weights = weights + length * step
-        gain, value = value_at(weights) - value, value_at(weights)
-        if gain < _TOLERANCE:
-            break
-    rate = expected * np.exp(np.minimum(rows @ weights, 30.0))
-    factor = np.linalg.cholesky(rows.T @ (rate[:, None] * rows) + np.eye(len(weights)))
-    return value - float(np.log(np.diag(factor)).sum()), weights

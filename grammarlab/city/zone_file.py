@@ -16,16 +16,13 @@ from a stranger: its size is bounded, and its values are checked before a densit
 
 from __future__ import annotations
 
-import json
-import math
 import re
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.city.json_values import MOST_CRS, JsonValueError, JsonValues, lines_of_json, values_of_json
 from grammarlab.city.zone_density import Feature, ZoneDensity
 from grammarlab.errors import AssetError, shown
 from grammarlab.files import read_bounded, write_text
@@ -37,11 +34,7 @@ VERSION = 1
 KERNEL = "matern 3/2"
 MAX_BYTES = 100_000
 """Largest size of a file."""
-_MOST_TEXT, _MOST_CRS = 256, 20_000
-"""Most characters of a name, and of a coordinate system, which may be WKT."""
-_MOST_ZONES, _MOST_FEATURES, _MOST_PLACES = 64, 256, 1024
-_LARGEST = 1e9
-"""Largest size of a number, for sums without overflow."""
+_MOST_ZONES, _MOST_FEATURES = 64, 256
 _HASH = re.compile(r"[0-9a-f]{64}")
 
 
@@ -70,7 +63,7 @@ def read_zones(path: Path) -> ZoneDensity:
         return parse_zones(read_bounded(path, MAX_BYTES))
     except OSError as error:
         raise AssetError(f"{path}: {error.strerror or error}; `grammarlab city learn` writes such a file.") from error
-    except _ValueError as error:
+    except JsonValueError as error:
         raise AssetError(f"{path}: {error}") from error
 
 
@@ -90,8 +83,7 @@ def zones_text(density: ZoneDensity) -> str:
         "weights": density.weights.tolist(),
         "answers": density.answers,
     }
-    lines = [f"{json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}" for key, value in values.items()]
-    return "{" + ",\n ".join(lines) + "}\n"
+    return lines_of_json(values)
 
 
 def parse_zones(content: bytes) -> ZoneDensity:
@@ -100,26 +92,22 @@ def parse_zones(content: bytes) -> ZoneDensity:
     Raises:
         AssetError: If it is not such a file; the message names the value.
     """
-    table = _Values(_json(content), "")
-    if table.get("format") != FORMAT:
-        raise _ValueError(f"format: expected {FORMAT!r}, found {shown(table.get('format'))}.")
-    if table.get("version") != VERSION:
-        raise _ValueError(f"version: expected {VERSION}, found {shown(table.get('version'))}: update grammarlab.")
+    table = values_of_json(content, FORMAT, VERSION)
     zones = tuple(table.texts("zones", _MOST_ZONES))
     if len(zones) < 2 or len(set(zones)) != len(zones) or "" in zones:
-        raise _ValueError(f"zones: expected at least two different names, found {shown(', '.join(zones))}.")
+        raise JsonValueError(f"zones: expected at least two different names, found {shown(', '.join(zones))}.")
     features = tuple(_feature(item) for item in table.tables("features", _MOST_FEATURES))
     places = table.matrix("places", None, 2)
     kernel = table.table("kernel")
     if kernel.get("kind") != KERNEL:
-        raise _ValueError(f"kernel.kind: expected {KERNEL!r}, found {shown(kernel.get('kind'))}.")
+        raise JsonValueError(f"kernel.kind: expected {KERNEL!r}, found {shown(kernel.get('kind'))}.")
     east, north = table.numbers("origin", 2)
     answers = table.text("answers")
     if not _HASH.fullmatch(answers):
-        raise _ValueError(f"answers: expected 64 hexadecimal digits, found {shown(answers)}.")
+        raise JsonValueError(f"answers: expected 64 hexadecimal digits, found {shown(answers)}.")
     return ZoneDensity(
         zones=zones,
-        frame=Frame(table.text("crs", _MOST_CRS), (east, north)),
+        frame=Frame(table.text("crs", MOST_CRS), (east, north)),
         features=features,
         intercept=np.array(table.numbers("intercept", len(zones))),
         slope=table.matrix("slopes", len(features), len(zones)),
@@ -139,11 +127,11 @@ def _feature_values(feature: Feature) -> dict[str, Any]:
     return values
 
 
-def _feature(table: _Values) -> Feature:
+def _feature(table: JsonValues) -> Feature:
     east_north = table.numbers("centre", 2) if "centre" in table.values else None
     is_log = table.values.get("log", False)
     if not isinstance(is_log, bool):
-        raise _ValueError(f"{table.where}log: expected true or false, found {shown(is_log)}.")
+        raise JsonValueError(f"{table.where}log: expected true or false, found {shown(is_log)}.")
     return Feature(
         name=table.text("name"),
         unit=table.text("unit"),
@@ -152,85 +140,3 @@ def _feature(table: _Values) -> Feature:
         is_log=is_log,
         centre=None if east_north is None else (east_north[0], east_north[1]),
     )
-
-
-class _ValueError(AssetError):
-    """A value that is not as expected; the name of the file is added where it is caught."""
-
-
-class _Values:
-    """Checked values of an object."""
-
-    def __init__(self, values: Any, where: str) -> None:
-        if not isinstance(values, dict):
-            raise _ValueError(f"{where[:-1] or 'file'}: expected an object, found {shown(values)}.")
-        self.values: dict[str, Any] = values
-        self.where = where
-
-    def get(self, key: str) -> Any:
-        if key not in self.values:
-            raise _ValueError(f"{self.where}{key}: expected a value, found none.")
-        return self.values[key]
-
-    def text(self, key: str, most: int = _MOST_TEXT) -> str:
-        return self._text(self.get(key), key, most)
-
-    def texts(self, key: str, most: int) -> list[str]:
-        return [self._text(item, f"{key}[{index}]", _MOST_TEXT) for index, item in enumerate(self._items(key, most))]
-
-    def number(self, key: str) -> float:
-        return self._number(self.get(key), key)
-
-    def positive(self, key: str) -> float:
-        number = self.number(key)
-        if number < 1 / _LARGEST:
-            raise _ValueError(f"{self.where}{key}: expected a number > 0, found {number:g}.")
-        return number
-
-    def numbers(self, key: str, count: int) -> list[float]:
-        return self._row(self.get(key), key, count)
-
-    def matrix(self, key: str, count: int | None, width: int) -> Floats:
-        rows = self._items(key, _MOST_PLACES)
-        if count is not None and len(rows) != count:
-            raise _ValueError(f"{self.where}{key}: expected {count} rows, found {len(rows)}.")
-        checked = [self._row(row, f"{key}[{index}]", width) for index, row in enumerate(rows)]
-        return np.array(checked, np.float64).reshape(-1, width)
-
-    def table(self, key: str) -> _Values:
-        return _Values(self.get(key), f"{self.where}{key}.")
-
-    def tables(self, key: str, most: int) -> list[_Values]:
-        return [_Values(item, f"{self.where}{key}[{index}].") for index, item in enumerate(self._items(key, most))]
-
-    def _items(self, key: str, most: int) -> Sequence[Any]:
-        items = self.get(key)
-        if not isinstance(items, list) or len(items) > most:
-            raise _ValueError(f"{self.where}{key}: expected a list of at most {most}, found {shown(items)}.")
-        return items
-
-    def _row(self, value: Any, key: str, count: int) -> list[float]:
-        if not isinstance(value, list) or len(value) != count:
-            raise _ValueError(f"{self.where}{key}: expected {count} numbers, found {shown(value)}.")
-        return [self._number(item, f"{key}[{index}]") for index, item in enumerate(value)]
-
-    def _number(self, value: Any, key: str) -> float:
-        # Integers of many digits are compared before they are made floats, which they may not fit.
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not is_number or not -_LARGEST <= value <= _LARGEST or math.isnan(value):
-            raise _ValueError(f"{self.where}{key}: expected a number of at most {_LARGEST:g}, found {shown(value)}.")
-        return float(value)
-
-    def _text(self, value: Any, key: str, most: int) -> str:
-        if not isinstance(value, str) or len(value) > most or not value.isprintable():
-            raise _ValueError(f"{self.where}{key}: expected a line of at most {most} characters, found {shown(value)}.")
-        return value
-
-
-def _json(content: bytes) -> Any:
-    try:
-        return json.loads(content)
-    except RecursionError as error:
-        raise _ValueError("this JSON is nested too deep.") from error
-    except ValueError as error:  # invalid text, encoding, or an integer of too many digits
-        raise _ValueError(f"this is not valid JSON: {error}.") from error

@@ -104,13 +104,24 @@ def learn(
             dir_okay=False,
         ),
     ] = None,
+    trees: Annotated[
+        bool, typer.Option("--trees", help="Learn species of trees from the map of trees of the plan instead.")
+    ] = False,
     output: Annotated[
         Path | None,
-        typer.Option("-o", "--output", help="File of the zones. Default: the one that the plan names.", dir_okay=False),
+        typer.Option(
+            "-o", "--output", help="File of the zones or trees. Default: the one that the plan names.", dir_okay=False
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Learn where the zones of a plan are from right zones, or scores of zones, of a few parcels."""
+    """Learn where the zones of a plan are from right zones, or scores of zones, of a few parcels.
+
+    With --trees: learn which species of trees stand where, and how densely, from a map of trees.
+    """
+    if trees:
+        _learn_trees(plan, answers, output, as_json=as_json)
+        return
     with friendly_errors():
         from grammarlab.runs.city.learn import learn_zones, questions
 
@@ -133,6 +144,24 @@ def learn(
         say(f"{result.num_answers:,} answers; what decides: {decides}")
         if result.questions:
             say(f"most is learned from answers about: {', '.join(result.questions[:_MOST_SHOWN])}")
+        print_result(result.file)
+
+
+def _learn_trees(plan: Path, answers: Path | None, output: Path | None, *, as_json: bool) -> None:
+    with friendly_errors():
+        from grammarlab.errors import UsageError
+        from grammarlab.runs.city.learn_trees import learn_trees, listed
+
+        if answers is not None:
+            raise UsageError("expected either --answers or --trees, found both: species are learned from a map.")
+        result = learn_trees(plan, output)
+        if as_json:
+            print_json(result.as_json())
+            return
+        counts = ", ".join(f"{number:,} {Path(name).stem}" for name, number in result.trees.items())
+        say(f"{sum(result.trees.values()):,} trees on {result.hectares:,.0f} hectares: {counts}")
+        if result.unknown:
+            say(f"left out, {sum(result.unknown.values()):,} trees of no species: {listed(result.unknown.items())}")
         print_result(result.file)
 
 

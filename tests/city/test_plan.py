@@ -9,6 +9,7 @@ import shapely
 
 from grammarlab.city.layout_request import BlockEdit, ParcelSizes
 from grammarlab.city.plan import FieldFormula, LotRules, Setbacks, StreetTrees, parse_plan, read_plan
+from grammarlab.city.tree_map_plan import TreeMapPlan
 from grammarlab.errors import LanguageError, UsageError
 
 SMALL = """parcels = "lots.gpkg"
@@ -64,6 +65,12 @@ start = "LotCorner"
 [street_trees]
 species = "trees/lime.toml"
 spacing = 7
+
+[tree_map]
+file = "../maps/trees.gpkg"
+field = "botanical"
+area = "POLYGON ((0 0, 9 0, 9 9, 0 0))"
+species = { oak = ["Quercus", "Ulmus"], "trees/lime.toml" = "Tilia" }
 """
 
 
@@ -110,6 +117,12 @@ def test_all_keys_of_a_plan_are_read():
     assert downtown.setbacks == Setbacks(0.0, 1.5, 8.0)
     assert (downtown.footprint, downtown.start) == ("ring", "LotCorner")
     assert large.street_trees == StreetTrees(species="town/trees/lime.toml", spacing=7.0)
+    assert large.tree_map == TreeMapPlan(
+        file=Path("town/../maps/trees.gpkg"),
+        field="botanical",
+        area="POLYGON ((0 0, 9 0, 9 9, 0 0))",
+        species={"oak": ("Quercus", "Ulmus"), "town/trees/lime.toml": ("Tilia",)},
+    )
 
 
 def test_a_layout_is_a_request_with_the_seed_of_its_plan():
@@ -160,6 +173,11 @@ area = 500
         ('parcels = "a.gpkg"', 1, 1, "expected zones"),
         (SMALL + '[[fields]]\nname = "x"', 5, 3, "either raster"),
         (SMALL + '[street_trees]\nspacing = 0.1\nspecies = "oak"', 6, 11, "from 1 to"),
+        (SMALL + "[tree_map]", 5, 2, 'file = "…", a text'),
+        (SMALL + '[tree_map]\nfile = "t.gpkg"\nfeild = "art"', 7, 1, "did you mean field"),
+        (SMALL + '[tree_map]\nfile = "t.gpkg"\nspecies = { oak = [] }', 7, 19, "names on the map"),
+        (SMALL + '[tree_map.species]\noak = "Q"\nbirch = " q "', 7, 9, "name of 'oak' already"),
+        (SMALL.replace("building", "a.trees.json") + "trees_per_hectare = 9", 5, 1, "have their own density"),
     ],
 )
 def test_mistakes_have_line_and_column(text: str, line: int, column: int, message: str):

@@ -1,16 +1,14 @@
-"""Trees are drawn with their intensity, by address, and the intensity is learned from trees."""
+"""Trees are drawn with their intensity, by address."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
-import pytest
 import shapely
 from scipy.stats import chisquare
 
-from grammarlab.city.tree_intensity import CELL, TreeIntensity, learned_intensity, trees_in
-from grammarlab.errors import UsageError
+from grammarlab.city.tree_intensity import CELL, TreeIntensity, trees_in
 from grammarlab.geometry.footprints.frame import Frame
 
 FRAME = Frame("EPSG:32631", (448000.0, 5412000.0))
@@ -26,6 +24,7 @@ def intensity(*per_hectare: float, slope: float = 0.0) -> TreeIntensity:
         places=np.array([[0.0, 0.3]]),
         weights=np.full((1, len(per_hectare)), slope),
         length=np.full(len(per_hectare), 0.4),
+        trees="0" * 64,
     )
 
 
@@ -89,43 +88,18 @@ def test_one_species_keeps_its_candidates_whatever_the_others_are():
     assert shared.mean() > 0.99  # crowns of one centimetre
 
 
-def test_an_intensity_is_learned_from_its_trees():
-    model = intensity(30.0, 8.0, slope=1.5)
-    trees = trees_in(AREA, model, TINY, 2)
-    names = np.array(model.species, object)[trees.species]
-    learned = learned_intensity(trees.east_north, names, AREA, FRAME)
-    assert learned.species == ("lime", "oak")
-    axis = np.arange(25.0, 600, 50)
-    grid = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
-    error = np.log(learned.at(grid)) - np.log(model.at(grid))[:, ::-1]
-    assert np.sqrt((error**2).mean(axis=0)).max() < 0.3
+def test_species_along_streets_have_the_shares_of_their_intensities():
+    model = intensity(30.0, 10.0)
+    points = np.random.default_rng(0).uniform(0, 600, (4000, 2))
+    ids = np.array([f"tree {number}" for number in range(4000)], object)
+    species = model.species_at(points, ids, 5)
+    assert abs((species == 0).mean() - 0.75) < 4 * np.sqrt(0.75 * 0.25 / 4000)
+    np.testing.assert_array_equal(model.species_at(points[7:9], ids[7:9], 5), species[7:9])
+    assert (model.species_at(points, ids, 6) != species).any()
 
 
-def test_even_trees_have_an_even_intensity():
-    trees = trees_in(AREA, intensity(20.0), [0.01], 8)
-    learned = learned_intensity(trees.east_north, np.full(len(trees), "oak", object), AREA, FRAME)
-    values = learned.at(np.random.default_rng(0).uniform(0, 600, (200, 2)))
-    assert values.std() < 0.15 * values.mean()
-    assert values.mean() == pytest.approx(len(trees) / 36, rel=0.02)
-
-
-def test_the_order_of_trees_changes_nothing():
-    area = shapely.box(0, 0, 200, 200)
-    trees = trees_in(area, intensity(40.0, 15.0, slope=1.0), TINY, 8)
-    names, order = np.array(["oak", "lime"], object)[trees.species], np.arange(len(trees))[::-1]
-    one = learned_intensity(trees.east_north, names, area, FRAME)
-    other = learned_intensity(trees.east_north[order], names[order], area, FRAME)
-    np.testing.assert_array_equal(one.weights, other.weights)
-
-
-def test_areas_without_room_are_refused():
-    oak = np.array(["oak"], object)
-    with pytest.raises(UsageError, match="expected polygons of trees"):
-        learned_intensity(np.zeros((1, 2)), oak, shapely.Polygon(), FRAME)
-    with pytest.raises(UsageError, match="at most 40,000 cells"):
-        learned_intensity(np.zeros((1, 2)), oak, shapely.box(0, 0, 1e5, 1e5), FRAME)
-    with pytest.raises(UsageError, match="expected at least one"):
-        learned_intensity(np.zeros((0, 2)), oak[:0], AREA, FRAME)
+def test_no_area_has_no_trees():
+    assert len(trees_in(shapely.MultiPolygon(), intensity(30.0), [4.0], 1)) == 0
 
 
 def test_cells_divide_the_grid_of_frames():

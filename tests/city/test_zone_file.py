@@ -78,7 +78,7 @@ def test_a_density_that_is_too_large_is_refused(tmp_path: Path):
         (b'{"format": ' + b"9" * 5000 + b"}", "this is not valid JSON"),
         (b"{}", "format: expected a value, found none"),
         (values(format="grammarlab facade"), "format: expected 'grammarlab zones', found 'grammarlab facade'"),
-        (values(version=2), "version: expected 1, found 2: update grammarlab"),
+        (values(version=2), "version: expected 1, found 2: learn the file again, or update grammarlab"),
         (values(zones=["a"]), "zones: expected at least two different names, found 'a'"),
         (values(zones=["a", "a", "b"]), "zones: expected at least two different names"),
         (values(zones=["a", "b"]), "intercept: expected 2 numbers, found a list of 3"),

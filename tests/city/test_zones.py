@@ -11,8 +11,9 @@ import shapely
 from grammarlab.city.fields import parcel_fields
 from grammarlab.city.plan import Plan, parse_plan
 from grammarlab.city.plan_fields import PlanFields
+from grammarlab.city.polygon_text import polygon_of_text
 from grammarlab.city.zone_density import ZoneDensity
-from grammarlab.city.zones import NO_ZONE, ZoneFields, ZoneSources, named_zones, polygon_of_text, zones_of
+from grammarlab.city.zones import NO_ZONE, ZoneFields, ZoneSources, named_zones, zones_of
 from grammarlab.errors import UsageError
 from grammarlab.geometry.footprints.frame import Frame
 from tests.city.lot_maps import parcels_of

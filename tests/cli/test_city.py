@@ -91,3 +91,20 @@ def test_odd_options_are_told_in_words(run, plan, tmp_path):
     text = 'parcels = "x.geojson"\n[[zones]]\nname = "a"\ngrammar = "rules.cga"'
     plan.write_text(text)
     assert "expected [layout]" in run("city", "layout", plan, "-o", tmp_path / "p.geojson", code=2).stderr
+
+
+def test_species_are_learned_from_a_map_of_trees(run, plan, tmp_path):
+    points = [{"type": "Point", "coordinates": [7.0 * n, 5.0 * n % 80]} for n in range(17)]
+    features = [
+        {"type": "Feature", "properties": {"species": "oak" if n % 3 else "Tilia"}, "geometry": point}
+        for n, point in enumerate(points)
+    ]
+    (tmp_path / "t.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": features, "crs": None}))
+    plan.write_text(plan.read_text() + '[tree_map]\nfile = "t.geojson"\n')
+    learned = run("city", "learn", plan, "--trees")
+    assert learned.stdout.strip() == str(tmp_path / "plan.trees.json")
+    assert "11 oak" in learned.stderr
+    assert "'Tilia' (6)" in learned.stderr
+    report = json.loads(run("city", "learn", plan, "--trees", "--json").stdout)
+    assert (report["trees"], report["unknown"]) == ({"oak": 11}, {"Tilia": 6})
+    assert "both" in run("city", "learn", plan, "--trees", "--answers", plan, code=2).stderr

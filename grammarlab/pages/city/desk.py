@@ -9,6 +9,7 @@ from typing import Any
 
 from grammarlab.city.parcel_addresses import EXCLUDED, Pins, excluded, pinned, released, rerolled
 from grammarlab.city.plan import Plan, ZonePlan, parse_plan
+from grammarlab.city.tree_map_plan import is_tree_file
 from grammarlab.errors import UsageError
 from grammarlab.language.grammar import hash_of
 from grammarlab.learning.designs.addresses import Address
@@ -295,7 +296,7 @@ class CityDesk(AbstractDocumentDesk[Choices]):
     def _is_scorable(self, zone: str) -> bool:
         """Whether a zone has buildings, and not trees."""
         grammars = [each.grammar for each in self.plan.zones if each.name == zone] if self.plan else []
-        return bool(grammars) and find_rules(grammars[0]).suffix == SUFFIX
+        return bool(grammars) and not is_tree_file(grammars[0]) and find_rules(grammars[0]).suffix == SUFFIX
 
     def _rules_fact(self, parcel: str) -> list[tuple[str, str]]:
         """Name of the rules, and the beginning of the hash of their text."""

@@ -77,7 +77,7 @@ def _forest(plan: Path, plan_time: int, pins_time: int, parcel: str) -> Forest |
     if not len(rows):
         return None
     rules = ZoneRules.of(survey.plan.zones[int(survey.sites.zone[rows[0]])])
-    if rules.is_species:
+    if rules.is_park:
         return None
     known = rules.source.grammar.attributes
     site = survey.sites.take(rows[:1])

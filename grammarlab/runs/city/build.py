@@ -148,7 +148,7 @@ def build_city(
 
 def shard_tasks(survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, cityjson: bool) -> tuple[ShardTask, ...]:
     """The shards of a city, in Morton order."""
-    is_park = np.array([rules.is_species for rules in zones], np.bool_)
+    is_park = np.array([rules.is_park for rules in zones], np.bool_)
     sites = survey.sites.take(np.flatnonzero(~is_park[survey.sites.zone]))
     grid, placement = _geography(survey)
     leaves = grid.leaves(sites.corner)

@@ -53,7 +53,7 @@ class ParcelListing:
         zone, grammar, tile, lot = (np.full(num, value, object) for value in ("", "", "", None))
         names, hashes = (np.array([getattr(rules, name) for rules in self.zones], object) for name in ("zone", "hash"))
         zone[row], grammar[row], lot[row] = names[sites.zone], hashes[sites.zone], lot_outlines(sites)
-        is_park = np.array([rules.is_species for rules in self.zones], np.bool_)[sites.zone]
+        is_park = np.array([rules.is_park for rules in self.zones], np.bool_)[sites.zone]
         level = self.grid.leaf_level
         tiles = [f"{TILES}/{level}/{x}/{y}.glb" for x, y in self.grid.leaves(sites.corner).tolist()]
         tile[row] = np.where(is_park, "", np.array(tiles, object)) if tiles else ""

@@ -103,7 +103,7 @@ def _batch(
     for number, rules in enumerate(zones):
         for full in (True, False):
             rows = np.flatnonzero((survey.sites.zone == number) & (is_full == full))
-            for start in range(0, 0 if rules.is_species else len(rows), _AT_ONCE):
+            for start in range(0, 0 if rules.is_park else len(rows), _AT_ONCE):
                 sites = survey.sites.take(rows[start : start + _AT_ONCE])
                 made = make_buildings(rules, sites)
                 if made.scene is not None:
@@ -125,7 +125,7 @@ def _is_full(survey: Survey, view: View | StreetView) -> Flags:
 def _ground(survey: Survey, zones: tuple[ZoneRules, ...]) -> GroundPieces:
     outlines = survey.parcels.outline
     everywhere = shapely.buffer(shapely.box(*shapely.total_bounds(outlines)), 100.0)
-    kinds = kinds_of_parcels(survey, [rules.is_species for rules in zones])
+    kinds = kinds_of_parcels(survey, [rules.is_park for rules in zones])
     if survey.ground.terrain is None:
         return ground_pieces(outlines, kinds, everywhere)
     pieces = draped(ground_pieces(outlines, kinds, everywhere, has_land=True))

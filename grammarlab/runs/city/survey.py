@@ -17,7 +17,8 @@ from grammarlab.city.map_shapes import read_shapes, read_streets
 from grammarlab.city.parcel_addresses import Pins, read_pins
 from grammarlab.city.parcel_map import read_parcels
 from grammarlab.city.parcels import Outlines, Parcels
-from grammarlab.city.plan import Plan, is_polygon_text
+from grammarlab.city.plan import Plan
+from grammarlab.city.polygon_text import is_polygon_text
 from grammarlab.city.site_making import SiteSources, sites_of
 from grammarlab.city.sites import Sites
 from grammarlab.city.street_lines import StreetLines
@@ -177,7 +178,7 @@ def site_sources(plan: Plan, zones: Sequence[ZoneRules], frame: Frame) -> SiteSo
         rasters={
             source.name: PlacedTerrain.read(source.raster, frame) for source in plan.fields if source.raster is not None
         },
-        parks=[rules.zone for rules in zones if rules.is_species],
+        parks=[rules.zone for rules in zones if rules.is_park],
         start_rules={rules.zone: rules.rule_names() for rules in zones},
     )
 

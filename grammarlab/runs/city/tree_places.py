@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city.parcels import Outlines
 from grammarlab.city.street_trees import street_tree_places
+from grammarlab.city.tree_file import parse_trees
+from grammarlab.city.tree_intensity import TreeIntensity, trees_in
+from grammarlab.errors import UsageError
 from grammarlab.geometry.footprints.area import Area
 from grammarlab.randomness import root_keys
 from grammarlab.runs.city.survey import Survey
@@ -55,12 +58,17 @@ def tree_places(survey: Survey, zones: tuple[ZoneRules, ...], along_streets: Zon
     Args:
         survey: the survey.
         zones: rules of the zones; those of species are parks.
-        along_streets: the species along the streets.
+        along_streets: the species along the streets, or the learned ones.
 
     Raises:
-        UsageError: If a park has more trees than can be planted at once.
+        UsageError: If a park has more trees than can be planted at once, or learned trees are in another system.
     """
-    found = [_park(survey, number, rules) for number, rules in enumerate(zones) if rules.is_species]
+    found = [
+        places
+        for number, rules in enumerate(zones)
+        if rules.is_park
+        for places in (_learned_park if rules.species else _park)(survey, number, rules)
+    ]
     trees = survey.plan.street_trees
     if trees is not None and along_streets is not None and survey.ground.streets is not None:
         points = street_tree_places(
@@ -70,7 +78,7 @@ def tree_places(survey: Survey, zones: tuple[ZoneRules, ...], along_streets: Zon
             offset=trees.offset,
             least_width=trees.least_width,
         )
-        found.append(_places(survey, along_streets, points))
+        found += _along_streets(survey, along_streets, points)
     return [places for places in found if len(places)]
 
 
@@ -83,12 +91,17 @@ def species_of(rules: ZoneRules) -> Species:
     return species_to_run(rules.text, rules.name)
 
 
-def _park(survey: Survey, number: int, rules: ZoneRules) -> TreePlaces:
-    """Trees of all parks of a zone; a park keeps its trees whatever the others are."""
+def _outlines(survey: Survey, number: int) -> Outlines:
+    """Parcels of a zone."""
     sites = survey.sites
-    outlines: Outlines = survey.parcels.outline[sites.parcel[sites.zone == number]]
+    return survey.parcels.outline[sites.parcel[sites.zone == number]]
+
+
+def _park(survey: Survey, number: int, rules: ZoneRules) -> list[TreePlaces]:
+    """Trees of all parks of a zone with one species; a park keeps its trees whatever the others are."""
+    outlines = _outlines(survey, number)
     if len(outlines) == 0:
-        return _places(survey, rules, np.zeros((0, 2)))
+        return []
     origin = np.array(survey.parcels.frame.origin)
     area = Area(tuple(shapely.transform(outlines, lambda points: points + origin)))
     crowns = CrownReach(species_of(rules), survey.plan.seed)
@@ -96,7 +109,52 @@ def _park(survey: Survey, number: int, rules: ZoneRules) -> TreePlaces:
     density = survey.plan.zones[number].trees_per_hectare
     if density is None:
         density = HECTARE / (_CROWN_AREA * np.pi * float((spacing.references**2).mean()))
-    return _places(survey, rules, planted(area, spacing, density=density).coordinates - origin)
+    return [_places(survey, rules, planted(area, spacing, density=density).coordinates - origin)]
+
+
+def _learned_park(survey: Survey, number: int, rules: ZoneRules) -> list[TreePlaces]:
+    """Trees of all parks of a zone with learned species; a park keeps its trees whatever the others are."""
+    intensity, shift = _placed(survey, rules)
+    area = shapely.union_all(shapely.transform(_outlines(survey, number), lambda points: points + shift))
+    radii = [_crown(species, survey.plan.seed) for species in rules.species]
+    trees = trees_in(area, intensity, radii, survey.plan.seed)
+    return _by_species(survey, rules, trees.species, trees.east_north - shift)
+
+
+def _along_streets(survey: Survey, rules: ZoneRules, points: Floats) -> list[TreePlaces]:
+    """Trees at places along streets [n, 2], of one species or of learned ones."""
+    if not rules.species:
+        return [_places(survey, rules, points)]
+    intensity, shift = _placed(survey, rules)
+    points = np.round(points, _DECIMALS)
+    ids = np.array(_texts(points + survey.parcels.frame.origin), object)
+    return _by_species(survey, rules, intensity.species_at(points + shift, ids, survey.plan.seed), points)
+
+
+def _placed(survey: Survey, rules: ZoneRules) -> tuple[TreeIntensity, Floats]:
+    """The intensity of learned trees, and the metres [2] to add to places of the survey.
+
+    Raises:
+        UsageError: If it was learned in another coordinate system.
+    """
+    intensity, frame = parse_trees(rules.text.encode()), survey.parcels.frame
+    if intensity.frame.crs != frame.crs:
+        raise UsageError(
+            f"{rules.name}: the trees were learned in {intensity.frame.crs or 'local metres'}, and the parcels are in "
+            f"{frame.crs or 'local metres'}: give the map the same `crs`, or learn the trees again."
+        )
+    return intensity, np.subtract(frame.origin, intensity.frame.origin)
+
+
+def _by_species(survey: Survey, rules: ZoneRules, number: Ints, points: Floats) -> list[TreePlaces]:
+    """Trees [n] by their species."""
+    return [_places(survey, species, points[number == row]) for row, species in enumerate(rules.species)]
+
+
+@lru_cache(maxsize=64)
+def _crown(rules: ZoneRules, seed: int) -> float:
+    """Mean radius in metres of the crowns of a species."""
+    return float(Spacing(CrownReach(species_of(rules), seed), seed).references.mean())
 
 
 def _places(survey: Survey, rules: ZoneRules, points: Floats) -> TreePlaces:
@@ -110,12 +168,16 @@ def _places(survey: Survey, rules: ZoneRules, points: Floats) -> TreePlaces:
 
 def _grown(rules: ZoneRules, points: Floats) -> NDArray[np.int64]:
     """[n] numbers of grown trees, by places on the earth."""
-    texts = (f"{rules.name}\0{east:.2f}\0{north:.2f}" for east, north in points.tolist())
-    digests = b"".join(sha256(text.encode()).digest()[:8] for text in texts)
+    digests = b"".join(sha256(f"{rules.name}\0{text}".encode()).digest()[:8] for text in _texts(points))
     return (np.frombuffer(digests, ">u8") % NUM_GROWN).astype(np.int64)
 
 
-@lru_cache(maxsize=16)
+def _texts(points: Floats) -> list[str]:
+    """Places [n, 2] on the earth as texts, to the centimetre."""
+    return [f"{east:.2f}\0{north:.2f}" for east, north in points.tolist()]
+
+
+@lru_cache(maxsize=64)
 def grown_cards(rules: ZoneRules, seed: int) -> Scene:
     """The `NUM_GROWN` trees of a species as cards, one model each.
 

@@ -14,8 +14,11 @@ from grammarlab.arrays import Ints
 from grammarlab.city.plan import StreetTrees, ZonePlan
 from grammarlab.city.site_attributes import GROUND_LEVEL
 from grammarlab.city.sites import Sites
+from grammarlab.city.tree_file import parse_trees, read_trees
+from grammarlab.city.tree_map_plan import SUFFIX as TREES
+from grammarlab.city.tree_map_plan import is_tree_file
 from grammarlab.derivation.forest import Forest, MissingAsset
-from grammarlab.errors import DerivationError, UsageError
+from grammarlab.errors import AssetError, DerivationError, UsageError, shown
 from grammarlab.export.surface_labels import SurfaceLabels
 from grammarlab.export.tiles.texture_colors import with_pictures
 from grammarlab.features.accepted_grammar import AcceptedGrammar
@@ -23,7 +26,7 @@ from grammarlab.runs.city.plinths import with_plinths
 from grammarlab.runs.city.semantics import surface_labels
 from grammarlab.runs.sample.checks import grammar_to_run
 from grammarlab.runs.sample.domains import SPECIES
-from grammarlab.runs.sample.shipped import SUFFIX, find_rules
+from grammarlab.runs.sample.shipped import SUFFIX, RuleSource, find_rules
 from grammarlab.scene import Scene, realize
 from grammarlab.scene.instances import require_finite
 from grammarlab.scene.joined import joined
@@ -42,6 +45,8 @@ class ZoneRules:
     assets: Path
     suffix: str = SUFFIX
     """Suffix of the kind of the text."""
+    species: tuple[ZoneRules, ...] = ()
+    """Species of learned trees, in the order of their intensities; none for other rules."""
 
     @classmethod
     def of(cls, zone: ZonePlan) -> ZoneRules:
@@ -55,31 +60,49 @@ class ZoneRules:
 
     @classmethod
     def along_streets(cls, trees: StreetTrees) -> ZoneRules:
-        """The species along streets.
+        """The species along streets, or the learned ones.
 
         Raises:
             UsageError: If there is no such species.
-            LanguageError: If its file has mistakes.
+            AssetError: If there is no such file of learned trees.
+            LanguageError: If the file of a species has mistakes.
         """
         rules = cls._found("", trees.species)
-        if not rules.is_species:
+        if not rules.is_park:
             raise UsageError(f"street trees: expected a species, found the rules {trees.species!r}.")
         return rules
 
     @classmethod
     def _found(cls, zone: str, grammar: str) -> ZoneRules:
-        source = find_rules(grammar)
+        return (
+            cls._of_trees(zone, Path(grammar)) if is_tree_file(grammar) else cls._of_source(zone, find_rules(grammar))
+        )
+
+    @classmethod
+    def _of_source(cls, zone: str, source: RuleSource) -> ZoneRules:
         return cls(zone, source.name, source.text(), source.assets, source.suffix)
 
+    @classmethod
+    def _of_trees(cls, zone: str, path: Path) -> ZoneRules:
+        text = read_trees(path)
+        names = parse_trees(text.encode()).species
+        sources = [find_rules(str(path.parent / name) if Path(name).suffix else name) for name in names]
+        for name, source in zip(names, sources, strict=True):
+            if source.suffix != SPECIES:
+                raise AssetError(f"{path}: species: expected species, found the rules {shown(name)}.")
+        species = tuple(cls._of_source(zone, source) for source in sources)
+        return cls(zone, path.name[: -len(TREES)], text, path.parent, TREES, species)
+
     @property
-    def is_species(self) -> bool:
+    def is_park(self) -> bool:
         """Whether the zone is a park: trees instead of buildings."""
-        return self.suffix == SPECIES
+        return self.suffix in (SPECIES, TREES)
 
     @property
     def hash(self) -> str:
-        """SHA-256 of the text, 64 hexadecimal digits."""
-        return sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
+        """SHA-256 of the text and of its species, 64 hexadecimal digits."""
+        text = self.text + "".join(f"\0{rules.hash}" for rules in self.species)
+        return sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
     @property
     def source(self) -> AcceptedGrammar:
@@ -91,8 +114,8 @@ class ZoneRules:
         return _compiled(self.text, self.name, self.assets)
 
     def rule_names(self) -> frozenset[str]:
-        """Names of all rules; none for a species."""
-        return frozenset() if self.is_species else frozenset(name for name, _ in self.source.grammar.rules)
+        """Names of all rules; none for a park."""
+        return frozenset() if self.is_park else frozenset(name for name, _ in self.source.grammar.rules)
 
     def check(self, attributes: Sequence[str]) -> None:
         """Check the rules, and that they have the attributes of the plan.
@@ -100,7 +123,7 @@ class ZoneRules:
         Raises:
             GrammarlabError: If they do not.
         """
-        if self.is_species:
+        if self.is_park:
             return
         known = self.source.grammar.attributes
         for name in attributes:
