@@ -11,6 +11,7 @@ import {
   Vector2,
   Vector3,
 } from "three";
+import { makeRelief } from "./relief.js";
 
 /** @typedef {import("./types.js").Ground} Ground */
 /** @typedef {import("./types.js").Place} Place */
@@ -44,8 +45,9 @@ export function makeGround(stage, ground) {
   const rows = new Map(ids.map((id, row) => [id, row]));
   const places = ids.map((_, row) => placeOf(ground, row));
   const surfaces = surfacesOf(ground);
-  const lots = surfaceMesh(surfaces.corners, 3);
-  const streets = surfaceMesh(ground.streets, 1);
+  const relief = ground.surfaces.length ? makeRelief(ground.streets, ground.surfaces) : null;
+  const lots = surfaceMesh(surfaces.corners, 3, !relief);
+  const streets = surfaceMesh(ground.streets, 1, !relief);
   const lines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ transparent: true, opacity: 0.35 }));
   lines.geometry.setAttribute("position", new Float32BufferAttribute(surfaces.edges, 3));
   lines.frustumCulled = false;
@@ -55,7 +57,7 @@ export function makeGround(stage, ground) {
   stage.colours((look) => {
     const tints = new Map([...zones].map((zone) => [zone, tinted(look.lot, zone, look.tint).toArray()]));
     paint(lots, surfaces.owners, (row) => /** @type {number[]} */ (tints.get(zones[row])));
-    const grounds = [new Color(look.street).toArray(), new Color(look.pavement).toArray()];
+    const grounds = [look.street, look.pavement, look.ground].map((colour) => new Color(colour).toArray());
     paint(
       streets,
       [...ground.kinds].flatMap((kind) => [kind, kind, kind]),
@@ -91,6 +93,8 @@ export function makeGround(stage, ground) {
     idAt: (x, z) => ids[rowAt(x, z) ?? -1],
     /** Height of the ground near a point. @param {number} x @param {number} z */
     heightAt(x, z) {
+      const exact = relief?.heightAt(x, z);
+      if (exact !== undefined) return exact;
       let [nearest, height] = [Infinity, 0];
       places.forEach((place) => {
         const distance = Math.hypot(place.x - x, place.z - z) - place.radius;
@@ -170,11 +174,11 @@ export function makeGround(stage, ground) {
 }
 
 /** Triangles and outlines of all parcels. @param {Ground} ground */
-function surfacesOf({ offsets, corners }) {
+function surfacesOf({ offsets, corners, surfaces, owners: given }) {
   /** @type {number[]} */
-  const triangles = [];
+  const triangles = [...surfaces].map((value, axis) => (axis % 3 === 1 ? value + LIFT : value));
   /** @type {number[]} the parcel of each corner */
-  const owners = [];
+  const owners = [...given].flatMap((row) => [row, row, row]);
   /** @type {number[]} */
   const edges = [];
   for (let row = 0; row + 1 < offsets.length; row++) {
@@ -182,7 +186,7 @@ function surfacesOf({ offsets, corners }) {
     const outline = [];
     for (let corner = offsets[row]; corner < offsets[row + 1]; corner++)
       outline.push(new Vector3().fromArray(corners, 3 * corner));
-    const flat = outline.map(({ x, z }) => new Vector2(x, z));
+    const flat = given.length ? [] : outline.map(({ x, z }) => new Vector2(x, z));
     for (const triangle of ShapeUtils.triangulateShape(flat, []))
       for (const corner of [...triangle].reverse()) {
         triangles.push(outline[corner].x, outline[corner].y + LIFT, outline[corner].z);
@@ -200,14 +204,16 @@ function surfacesOf({ offsets, corners }) {
  * Triangles that lie on the ground, over layers of lower numbers.
  * @param {ArrayLike<number>} corners
  * @param {number} layer
+ * @param {boolean} isLevel
  */
-function surfaceMesh(corners, layer) {
+function surfaceMesh(corners, layer, isLevel) {
   const material = new MeshLambertMaterial({ vertexColors: true });
   Object.assign(material, { polygonOffset: true, polygonOffsetFactor: -layer, polygonOffsetUnits: -2 * layer });
   const mesh = new Mesh(new BufferGeometry(), material);
   const up = Float32Array.from({ length: corners.length }, (_, axis) => Number(axis % 3 === 1));
   mesh.geometry.setAttribute("position", new Float32BufferAttribute(corners, 3));
-  mesh.geometry.setAttribute("normal", new Float32BufferAttribute(up, 3));
+  if (isLevel) mesh.geometry.setAttribute("normal", new Float32BufferAttribute(up, 3));
+  else mesh.geometry.computeVertexNormals();
   mesh.receiveShadow = true;
   mesh.frustumCulled = false;
   mesh.raycast = () => {};

@@ -43,7 +43,9 @@
  * @property {Uint8Array} zones [N] numbers of zones; 255 for none
  * @property {Uint8Array} built [N] 1 for parcels with a building
  * @property {Float32Array} streets x, y and z of the corners of triangles
- * @property {Uint8Array} kinds of these triangles: 0 for streets, 1 for pavements
+ * @property {Uint8Array} kinds of these triangles: 0 for streets, 1 for pavements, 2 for the land around them
+ * @property {Float32Array} surfaces x, y and z of the corners of triangles of parcels on a terrain; empty without one
+ * @property {Uint32Array} owners rows of the parcels of these triangles
  *
  * @typedef {{ x: number, z: number, ground: number, radius: number }} Place of a parcel
  */

@@ -11,6 +11,8 @@ import { makeWalk } from "./walk.js";
 
 /** Largest movement of a click, in pixels. */
 const STEADY = 6;
+/** Number of planes that are tried for a point on the ground. */
+const TRIES = 8;
 
 /**
  * The city in 3D: from above or from the street, with one parcel marked.
@@ -82,9 +84,14 @@ export function makeView(canvas, tell) {
 
   /** @param {Raycaster} ray */
   function onGround({ ray: { origin, direction } }) {
-    const height = ground?.heightAt(orbit.target.x, orbit.target.z) ?? 0;
-    const distance = (height - origin.y) / direction.y;
-    return distance > 0 ? direction.clone().multiplyScalar(distance).add(origin) : undefined;
+    const point = orbit.target.clone();
+    // On a slope, each plane at the height of the point before is nearer to the ground.
+    for (let tries = 0; tries < TRIES; tries++) {
+      const distance = ((ground?.heightAt(point.x, point.z) ?? 0) - origin.y) / direction.y;
+      if (!(distance > 0)) return undefined;
+      point.copy(direction).multiplyScalar(distance).add(origin);
+    }
+    return point;
   }
 
   /** Whether the marked building is seen from a point. @param {Box3} box @param {Vector3} from */
@@ -111,7 +118,7 @@ export function makeView(canvas, tell) {
     /** The tiles have changed. */
     reload: tiles.open,
     /** @param {string[]} ids @param {ArrayBuffer[]} buffers of `Ground` */
-    layOut(ids, [offsets, corners, zones, built, streets, kinds]) {
+    layOut(ids, [offsets, corners, zones, built, streets, kinds, surfaces, owners]) {
       const values = {
         ids,
         offsets: new Uint32Array(offsets),
@@ -120,6 +127,8 @@ export function makeView(canvas, tell) {
         built: new Uint8Array(built),
         streets: new Float32Array(streets),
         kinds: new Uint8Array(kinds),
+        surfaces: new Float32Array(surfaces),
+        owners: new Uint32Array(owners),
       };
       const rows = new Map(ids.map((id, row) => [id, row]));
       outlineOf = (id) => {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,14 +10,21 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from grammarlab.city.ground_heights import HeightField
 from grammarlab.city.plan import Plan
-from grammarlab.city.terrain import read_terrain
 from grammarlab.errors import AssetError, GrammarlabError
 from grammarlab.extras import named_extras
 from grammarlab.files import read_bounded
 from grammarlab.geometry.footprints.frame import Frame
 from grammarlab.pages.city.parcel_facts import ParcelFacts
-from grammarlab.pages.city.street_surface import NO_STREETS, street_triangles
+from grammarlab.pages.city.street_surface import (
+    NO_STREETS,
+    NO_SURFACES,
+    land_triangles,
+    parcel_triangles,
+    street_triangles,
+)
+from grammarlab.runs.city.survey import PlacedTerrain
 
 MOST_OUTLINES = 100_000
 """Largest number of parcels that are drawn; cities with more are shown without their ground."""
@@ -30,6 +36,8 @@ NO_ZONE = 255
 _EARTH_CENTRED = "EPSG:4978"
 _SIMPLIFY = 0.1
 """Metres by which drawn outlines may differ."""
+_STEP = 10.0
+"""Longest edge of outlines in metres on a terrain."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -45,14 +53,19 @@ class GroundPlan:
     built: NDArray[np.uint8]
     """[N] 1 for parcels with a building."""
     streets: NDArray[np.float32]
-    """[T, 3, 3] corners of triangles of streets and pavements."""
+    """[T, 3, 3] corners of triangles of streets and pavements, and of the land around them on a terrain."""
     kinds: NDArray[np.uint8]
     """[T] index into `grammarlab.pages.city.street_surface.SURFACES`."""
+    surfaces: NDArray[np.float32]
+    """[S, 3, 3] corners of triangles of parcels on a terrain; none where the ground is level, or parcels are many."""
+    owners: NDArray[np.uint32]
+    """[S] row of the parcel of each triangle."""
 
     @property
     def buffers(self) -> tuple[bytes, ...]:
         """All columns as bytes, little-endian."""
         columns = (self.offsets, self.corners, self.zones, self.built, self.streets, self.kinds)
+        columns = (*columns, self.surfaces, self.owners)
         return tuple(column.tobytes() for column in columns)
 
 
@@ -63,8 +76,10 @@ class GroundPlacement:
     frame: Frame
     transform: NDArray[np.float64]
     """[4, 4] matrix from metres east, north and up of the origin of the tileset to earth-centred coordinates."""
-    elevation: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-    """Heights of the ground in metres at points [n, 2] in metres from the origin of the frame."""
+    base: float
+    """Height in metres of the zero of the terrain, or of level ground, in the coordinates of the tiles."""
+    terrain: HeightField | None
+    """None for level ground."""
 
     def local(self, points: NDArray[np.float64]) -> NDArray[np.float32]:
         """[n, 3] x, y and z in metres among the tiles of points [n, 2] in metres from the origin of the frame.
@@ -72,7 +87,8 @@ class GroundPlacement:
         Raises:
             AssetError: If the coordinate system cannot be used.
         """
-        east_north_up = np.column_stack([points, self.elevation(points)])
+        heights = np.zeros(len(points)) if self.terrain is None else np.nan_to_num(self.terrain.heights(points))
+        east_north_up = np.column_stack([points, heights + self.base])
         if self.frame.has_place and len(points):
             east_north_up = _from_earth(east_north_up, self.frame, self.transform)
         return (east_north_up[:, [0, 2, 1]] * (1.0, 1.0, -1.0)).astype("<f4")
@@ -89,7 +105,8 @@ def ground_placement(facts: ParcelFacts, folder: Path, plan: Plan | None) -> Gro
     Raises:
         AssetError: If its tileset cannot be read.
     """
-    return GroundPlacement(facts.frame, _transform(folder), _elevation(facts.frame, plan))
+    base = 0.0 if plan is None else plan.geoid_height or 0.0
+    return GroundPlacement(facts.frame, _transform(folder), base, _terrain(facts.frame, plan))
 
 
 def ground_plan(facts: ParcelFacts, placement: GroundPlacement) -> GroundPlan | None:
@@ -100,8 +117,16 @@ def ground_plan(facts: ParcelFacts, placement: GroundPlacement) -> GroundPlan | 
     """
     if len(facts) > MOST_OUTLINES:
         return None
-    points, offsets = _corners(facts.rows.outline)
-    streets, kinds = street_triangles(facts.rows.outline) if len(facts) <= MOST_STREETS else NO_STREETS
+    is_level, are_few = placement.terrain is None, len(facts) <= MOST_STREETS
+    outlines = facts.rows.outline
+    points, offsets = _corners(outlines, np.inf if is_level else _STEP)
+    streets, kinds = street_triangles(outlines, is_level=is_level) if are_few else NO_STREETS
+    surfaces, owners = NO_SURFACES
+    if placement.terrain is not None and are_few:
+        land, land_kinds = land_triangles(outlines)
+        is_known = ~np.isnan(placement.terrain.heights(land.mean(axis=1)))
+        streets, kinds = np.concatenate([streets, land[is_known]]), np.concatenate([kinds, land_kinds[is_known]])
+        surfaces, owners = parcel_triangles(outlines)
     numbers = {zone: min(number, NO_ZONE - 1) for number, zone in enumerate(facts.zones)}
     return GroundPlan(
         offsets=offsets.astype("<u4"),
@@ -110,12 +135,19 @@ def ground_plan(facts: ParcelFacts, placement: GroundPlacement) -> GroundPlan | 
         built=facts.is_built.astype(np.uint8),
         streets=placement.local(streets.reshape(-1, 2)).reshape(-1, 3, 3),
         kinds=kinds,
+        surfaces=placement.local(surfaces.reshape(-1, 2)).reshape(-1, 3, 3),
+        owners=owners.astype("<u4"),
     )
 
 
-def _corners(outlines: NDArray[np.object_]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Corners [C, 2] of the outer rings of first parts, without the repeated last ones, and their offsets [N + 1]."""
+def _corners(outlines: NDArray[np.object_], step: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Corners [C, 2] of the outer rings of first parts, without the repeated last ones, and their offsets [N + 1].
+
+    Edges that are longer than a step have corners between their ends.
+    """
     rings = shapely.simplify(shapely.get_exterior_ring(shapely.get_geometry(outlines, 0)), _SIMPLIFY)
+    if np.isfinite(step):
+        rings = shapely.segmentize(rings, step)
     points, ring = shapely.get_coordinates(rings, return_index=True)
     is_last = np.append(ring[1:] != ring[:-1], True)[: len(ring)]
     counts = np.bincount(ring[~is_last], minlength=len(outlines))
@@ -136,20 +168,13 @@ def _from_earth(points: NDArray[np.float64], frame: Frame, transform: NDArray[np
     return (np.column_stack([*places, np.ones(len(points))]) @ np.linalg.inv(transform).T)[:, :3]
 
 
-def _elevation(frame: Frame, plan: Plan | None) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """Height of the ground above the ellipsoid, or of the map; level where there is no terrain."""
-    base = 0.0 if plan is None else plan.geoid_height or 0.0
-
-    def level(points: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.full(len(points), base)
-
+def _terrain(frame: Frame, plan: Plan | None) -> PlacedTerrain | None:
     if plan is None or plan.terrain is None:
-        return level
+        return None
     try:
-        terrain = read_terrain(plan.terrain)
+        return PlacedTerrain.read(plan.terrain, frame)
     except GrammarlabError:  # it was there when the city was built
-        return level
-    return lambda points: np.nan_to_num(terrain.heights(frame, points)) + base
+        return None
 
 
 def _transform(folder: Path) -> NDArray[np.float64]:

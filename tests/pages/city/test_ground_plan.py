@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -58,3 +59,43 @@ def test_only_parcels_with_another_pin_have_changed():
     after = excluded(rerolled(before, "b"), "c")
     assert changed_parcels(Choices(before, ""), Choices(after, "")) == {"b", "c"}
     assert changed_parcels(Choices(before, "x"), Choices(before, "y")) == frozenset()
+
+
+class Bowl:
+    """A terrain with its lowest point among the parcels, unknown in the far west."""
+
+    def heights(self, east_north: np.ndarray, /) -> np.ndarray:
+        east, north = east_north.T
+        return np.where(east < east.min() + 30.0, np.nan, 20.0 + 0.001 * (east**2 + north**2))
+
+
+def test_the_ground_follows_a_terrain(tmp_path: Path):
+    write_city(tmp_path)
+    facts = ParcelFacts.read(tmp_path)
+    level = ground_placement(facts, tmp_path, None)
+    plan, flat = (ground_plan(facts, replace(level, terrain=terrain)) for terrain in (Bowl(), None))
+    assert plan
+    assert flat
+    assert len(flat.surfaces) == len(flat.owners) == 0
+    # Triangles of parcels cover them, and those of streets the same area as on level ground.
+    area = np.bincount(plan.owners, areas(plan.surfaces), len(facts))
+    assert area == pytest.approx(facts.rows.area, rel=2e-3)
+    for kind in range(2):
+        assert areas(plan.streets[plan.kinds == kind]).sum() == pytest.approx(
+            areas(flat.streets[flat.kinds == kind]).sum(), rel=2e-3
+        )
+    assert (plan.kinds == 2).any()
+    for corners in (plan.corners, plan.surfaces.reshape(-1, 3), plan.streets.reshape(-1, 3)):
+        east, height, south = corners.T.astype(float)
+        known = height > 1.0
+        expected = 20.0 + 0.001 * (east**2 + south**2)
+        assert known.mean() > 0.7
+        assert np.abs(height - expected)[known].max() < 0.5
+    longest = np.linalg.norm(np.diff(plan.surfaces[:, [0, 1, 2, 0]][..., [0, 2]], axis=1), axis=2).max()
+    assert longest < 15 * 2**0.5 + 0.1
+
+
+def areas(triangles: np.ndarray) -> np.ndarray:
+    """[T] areas on the map."""
+    first, second, third = triangles[..., [0, 2]].astype(float).transpose(1, 0, 2)
+    return np.abs(np.cross(np.pad(second - first, ((0, 0), (0, 1))), np.pad(third - first, ((0, 0), (0, 1))))[:, 2]) / 2
