@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -83,9 +83,17 @@ class Survey:
         return self.ground.parcels
 
     def heights(self, points: Floats) -> Floats:
-        """[n] height of the ground in metres at points [n, 2], east and north in metres; 0 outside the terrain."""
-        terrain = self.ground.terrain
-        return np.zeros(len(points)) if terrain is None else np.nan_to_num(terrain.heights(points))
+        """[n] height of the ground in metres at points [n, 2], east and north in metres.
+
+        Without a terrain it is that of the nearest parcel of a 3D map; where neither is known, it is 0.
+        """
+        if self.ground.terrain is not None:
+            return np.nan_to_num(self.ground.terrain.heights(points))
+        known = np.flatnonzero(~np.isnan(self.parcels.elevation))
+        if not len(known):
+            return np.zeros(len(points))
+        nearest = shapely.STRtree(self.parcels.outline[known]).nearest(shapely.points(points))
+        return self.parcels.elevation[known[nearest]]
 
 
 def ground_of(plan: Plan) -> Ground:
@@ -96,18 +104,18 @@ def ground_of(plan: Plan) -> Ground:
     """
     if plan.layout is not None:
         layout = layout_of(plan.layout, plan.crs)
-        return Ground(
-            parcels=layout.parcels, streets=layout.streets, terrain=_terrain(plan, layout.parcels), remarks=()
-        )
+        terrain = _terrain(plan, layout.parcels)
+        remarks = tuple(_outside(layout.parcels, terrain))
+        return Ground(parcels=layout.parcels, streets=layout.streets, terrain=terrain, remarks=remarks)
     if plan.parcels is None:
         raise UsageError(f"{plan.path}: expected parcels or [layout]")
     read = read_parcels(plan.parcels, crs=plan.crs, id_field=plan.id_field)
-    frame = read.parcels.frame
+    frame, terrain = read.parcels.frame, _terrain(plan, read.parcels)
     return Ground(
         parcels=read.parcels,
         streets=None if plan.streets is None else read_streets(plan.streets, frame),
-        terrain=_terrain(plan, read.parcels),
-        remarks=read.remarks,
+        terrain=terrain,
+        remarks=(*read.remarks, *_outside(read.parcels, terrain)),
     )
 
 
@@ -132,6 +140,16 @@ def layout_of(plan: LayoutPlan, crs: str | None) -> Layout:
 
 def _terrain(plan: Plan, parcels: Parcels) -> PlacedTerrain | None:
     return None if plan.terrain is None else PlacedTerrain.read(plan.terrain, parcels.frame)
+
+
+def _outside(parcels: Parcels, terrain: PlacedTerrain | None) -> Iterator[Remark]:
+    """A remark about parcels whose terrain is unknown, if there are any."""
+    if terrain is not None:
+        inside = shapely.get_coordinates(shapely.point_on_surface(parcels.outline[parcels.usable]))
+        num_unknown = int(np.isnan(terrain.heights(inside)).sum())
+        if num_unknown:
+            reason = f"it has no height for {num_unknown:,} of {len(inside):,} parcels: their ground is at 0 m"
+            yield Remark(str(terrain.terrain.path), "coordinates", reason)
 
 
 def surveyed(plan: Plan, zones: Sequence[ZoneRules]) -> Survey:
