@@ -7,7 +7,7 @@ declared nearest to each other are kept.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any
 
@@ -17,19 +17,21 @@ from grammarlab.arrays import Ints
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.quantities import Block, Quantities, Recipe, blocks, nearest_pairs, nearest_sets
 
-_MOST = 2_000
+_MOST = 1_000
 """Largest number of columns of one recipe."""
-_MOST_SIZES = 4_000
+_MOST_SIZES = 3_000
 """Largest number of computed sizes of one form."""
 _MAX_NUMERALS = 24
 """Largest number of counts that multiply draws."""
 _NUM_TERMS = (3, 4)
-"""Numbers of draws in longer sums."""
+"""Numbers of draws in longer sums of any draws and signs."""
+_NUM_SIDE_BY_SIDE = (5, 6, 7, 8)
+"""Numbers of draws in the longest sums."""
 
 
 def sums_of_two(elements: Elements) -> Iterator[Block]:
     """``a + b`` of two counts, or of two draws."""
-    for quantities in (elements.draws, elements.counts):
+    for quantities in (elements.draws, elements.used, elements.counts):
         yield from _of_pairs("+", quantities)
 
 
@@ -43,7 +45,7 @@ def products(elements: Elements) -> Iterator[Block]:
     """``a * b`` of two draws, of two counts, or of a count and a draw."""
     yield from _of_pairs("*", elements.draws)
     yield from _of_pairs("*", _numerals(elements))
-    yield from _crossed(lambda do, n, a: do("*", n, a), [_numerals(elements), elements.draws], _MOST)
+    yield from _crossed(lambda do, n, a: do("*", n, a), [_numerals(elements), elements.used], _MOST)
 
 
 def ratios(elements: Elements) -> Iterator[Block]:
@@ -62,12 +64,16 @@ def parities(elements: Elements) -> Iterator[Block]:
 
 
 def longer_sums(elements: Elements) -> Iterator[Block]:
-    """``a + b - c`` and ``a + b - c + d`` of draws, with any signs but for the first."""
-    draws = elements.draws
+    """``a + b - c`` and ``a + b - c + d`` of draws with any signs, and longer sums of draws declared side by side."""
+    used = elements.used
     for number in _NUM_TERMS:
-        sets = nearest_sets(len(draws), number, _MOST >> (number - 1))
+        sets = nearest_sets(len(used), number, _MOST >> (number - 1))
         for signs in product("+-", repeat=number - 1):
-            yield from blocks(_signed(signs), [draws] * number, sets)
+            yield from blocks(_signed(signs), [used] * number, sets)
+    for number in _NUM_SIDE_BY_SIDE:
+        yield from blocks(
+            _signed("+" * (number - 1)), [used] * number, nearest_sets(len(used), number, len(used) - number + 1)
+        )
 
 
 def longer_products(elements: Elements) -> Iterator[Block]:
@@ -82,12 +88,12 @@ def longer_products(elements: Elements) -> Iterator[Block]:
 def linear_sizes(elements: Elements) -> Iterator[Block]:
     """``n * a + b``: so many storeys on a plinth."""
     recipe: Recipe = lambda do, n, a, b: do("+", do("*", n, a), b)  # noqa: E731
-    yield from _crossed(recipe, [_numerals(elements), elements.draws, elements.draws], _MOST_SIZES)
+    yield from _crossed(recipe, [_numerals(elements), elements.used, elements.used], _MOST_SIZES)
 
 
 def proportions(elements: Elements) -> Iterator[Block]:
     """``n * a / c`` and ``(n * a + b) / c``: the height of so many storeys on a plinth by the width."""
-    numerals, draws = _numerals(elements), elements.draws
+    numerals, draws = _numerals(elements), elements.used
     shorter: Recipe = lambda do, n, a, c: do("/", do("*", n, a), c)  # noqa: E731
     yield from _crossed(shorter, [numerals, draws, draws], _MOST)
     recipe: Recipe = lambda do, n, a, b, c: do("/", do("+", do("*", n, a), b), c)  # noqa: E731
@@ -99,7 +105,7 @@ def _of_pairs(operation: str, quantities: Quantities) -> Iterator[Block]:
     return blocks(lambda do, a, b: do(operation, a, b), [quantities, quantities], pairs)
 
 
-def _signed(signs: tuple[str, ...]) -> Recipe:
+def _signed(signs: Sequence[str]) -> Recipe:
     def recipe(do: Any, first: Any, *others: Any) -> Any:
         for sign, other in zip(signs, others, strict=True):
             first = do(sign, first, other)

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest, Site
 from grammarlab.features.columns.paths import is_quantity
 from grammarlab.features.patterns.counts import count
-from grammarlab.features.patterns.pattern import Below, Draw, Pattern
+from grammarlab.features.patterns.pattern import Below, Draw, Formula, Pattern
+from grammarlab.tastes.choice_places import Choice, as_quantities, choices_of, summed
 from grammarlab.tastes.labelled_nodes import LabelledNodes
+from grammarlab.tastes.choice_lines import Lines
 from grammarlab.tastes.quantities import Quantities, joined
+from grammarlab.tastes.roles import Roles
 
 _MAX_COUNTS = 4_000
 """Largest number of counts of one kind."""
@@ -21,75 +26,58 @@ _MIN_NUMERAL_VALUES = 3
 """Smallest number of values of a count that is a number of things, instead of whether there is one."""
 
 
+Readers: TypeAlias = Mapping[str, tuple[Pattern, ...]]
+_NONE: Readers = {}
+
+
 @dataclass(frozen=True)
 class Elements:
-    """Quantities of n models of one grammar that vary among them."""
+    """Quantities of n models that vary among them."""
 
-    forests: tuple[Forest, ...]
+    draws: Quantities
+    """Random numbers."""
+    used: Quantities
+    """[as many] The same where a model uses them, else 0."""
+    counts: Quantities
+    """Counts of nodes and of outcomes of choices; branches of rules before symbols before children of symbols."""
     nodes: LabelledNodes
+    """The nodes of the models; none for designs that have no parts."""
 
     @classmethod
-    def of(cls, forests: Sequence[Forest]) -> Elements:
-        """The quantities of models.
+    def of(cls, forests: Sequence[Forest], readers: Readers = _NONE) -> Elements:
+        """The quantities of models of one grammar.
+
+        Args:
+            forests: the models.
+            readers: branches that use some of the draws (`grammarlab.features.search.attribute_readers`).
 
         Raises:
             UsageError: If the columns of a forest are not trees.
         """
-        return cls(tuple(forests), LabelledNodes.of(forests))
+        nodes, sites = LabelledNodes.of(forests), forests[0].sites if forests else ()
+        names = dict.fromkeys(site.name for site in sites if is_quantity(site))
+        draws = distinct(_counted(forests, [Draw(name) for name in names]))
+        counts = [_branches(nodes), _symbols(nodes), _counted(forests, _outcomes(nodes, sites)), _children(nodes)]
+        return cls(draws, _used(forests, draws, readers), distinct(joined(counts, nodes.num_models)), nodes)
+
+    @classmethod
+    def of_columns(cls, columns: Mapping[str, Floats], num: int) -> Elements:
+        """Designs without parts that have numbers by name.
+
+        Args:
+            columns: [num] values by name.
+            num: number of designs.
+        """
+        values = np.stack([np.zeros(num), *columns.values()], axis=1)[:, 1:]
+        nodes = LabelledNodes.of(())
+        none = Quantities((), np.zeros((num, 0)))
+        draws = distinct(Quantities(tuple(map(Draw, columns)), values))
+        return cls(draws, draws, none, replace(nodes, num_models=num))
 
     @property
     def num(self) -> int:
         """Number of models."""
         return self.nodes.num_models
-
-    @cached_property
-    def branches(self) -> Quantities:
-        """Counts of the branches of rules."""
-        nodes, labels = self.nodes, self.nodes.labels
-        counts = nodes.count(nodes.model, nodes.label, labels.unknown + 1)
-        used = list(nodes.alternatives)[:_MAX_COUNTS]
-        return Quantities(tuple(map(nodes.pattern, used)), counts[:, used])
-
-    @cached_property
-    def symbols(self) -> Quantities:
-        """Counts of the nodes of each symbol."""
-        nodes, names = self.nodes, self.nodes.labels.symbols[:_MAX_COUNTS]
-        inside = nodes.symbol < len(names)
-        counts = nodes.count(nodes.model[inside], nodes.symbol[inside], len(names))
-        return Quantities(tuple(map(Pattern, names)), counts)
-
-    @cached_property
-    def children(self) -> Quantities:
-        """Counts of the nodes of a symbol that are children of another symbol."""
-        nodes, size = self.nodes, len(self.nodes.labels.symbols)
-        inner = np.flatnonzero(nodes.parent >= 0)
-        codes = nodes.symbol[nodes.parent[inner]] * size + nodes.symbol[inner]
-        kinds, index = np.unique(codes, return_inverse=True)
-        kinds, kept = kinds[:_MAX_COUNTS], index < _MAX_COUNTS
-        counts = nodes.count(nodes.model[inner[kept]], index[kept], len(kinds))
-        names = [[nodes.labels.symbols[number] for number in divmod(kind, size)] for kind in kinds.tolist()]
-        return Quantities(tuple(Pattern(above, below=(Below((Pattern(one),)),)) for above, one in names), counts)
-
-    @cached_property
-    def outcomes(self) -> Quantities:
-        """Counts of the outcomes of random choices outside rules, such as those of attributes."""
-        symbols = set(self.nodes.labels.symbols)
-        choices = {
-            site.name: max(site.choices, 2)
-            for site in self._sites
-            if not is_quantity(site) and site.definition not in symbols
-        }
-        return self._counted([Draw(name, branch) for name, number in choices.items() for branch in range(number)])
-
-    @cached_property
-    def draws(self) -> Quantities:
-        """Random numbers."""
-        return varying(self._counted([Draw(name) for name in self._names]))
-
-    @cached_property
-    def counts(self) -> Quantities:
-        """All counts that vary, once each; branches before symbols before children."""
-        return distinct(joined([self.branches, self.symbols, self.outcomes, self.children], self.num))
 
     @cached_property
     def numerals(self) -> Quantities:
@@ -102,22 +90,71 @@ class Elements:
         """Counts that are 0 or 1."""
         return self.counts.take(np.flatnonzero(self.counts.values.max(axis=0, initial=0.0) == 1.0))
 
-    @property
-    def _sites(self) -> tuple[Site, ...]:
-        return self.forests[0].sites if self.forests else ()
+    @cached_property
+    def lines(self) -> Lines:
+        """Choices of few alternatives, with the nodes above them."""
+        return Lines(self.nodes, Roles.of(self.nodes))
 
-    @property
-    def _names(self) -> list[str]:
-        return list(dict.fromkeys(site.name for site in self._sites if is_quantity(site)))
+    @cached_property
+    def choices(self) -> tuple[Choice, ...]:
+        """Choices at places that a model has at most once."""
+        return choices_of(self.lines)
 
-    def _counted(self, features: Sequence[Draw]) -> Quantities:
-        values = np.concatenate([np.zeros((0, len(features))), *(count(f, features) for f in self.forests)])
-        return Quantities(tuple(features), values)
+    @cached_property
+    def numbers(self) -> Quantities:
+        """Numbers of the alternatives of `choices`."""
+        return as_quantities(self.choices, self.num)
 
 
-def varying(quantities: Quantities) -> Quantities:
-    """The quantities that are not the same in all models."""
-    return quantities.take(np.flatnonzero(np.ptp(quantities.values, axis=0) > 0.0)) if len(quantities) else quantities
+def _used(forests: Sequence[Forest], draws: Quantities, readers: Readers) -> Quantities:
+    """Draws times whether a model has a branch that uses them."""
+    formulas, columns = list(draws.formulas), [*draws.values.T]
+    for index, draw in enumerate(draws.formulas):
+        patterns = readers.get(draw.site, ()) if isinstance(draw, Draw) else ()
+        uses = summed(patterns)
+        values = np.concatenate([count(forest, patterns).sum(axis=1) for forest in forests])
+        if uses is not None and values.min() == 0.0 < values.max():
+            formulas[index] = Formula.of("*", Formula.of(">", uses, 0.0), draw)
+            columns[index] = columns[index] * (values > 0.0)
+    return Quantities(tuple(formulas), np.stack([np.zeros(len(draws.values)), *columns], axis=1)[:, 1:])
+
+
+def _branches(nodes: LabelledNodes) -> Quantities:
+    """Counts of the branches of rules."""
+    counts, used = nodes.count(nodes.model, nodes.label, nodes.labels.unknown + 1), nodes.alternatives[:_MAX_COUNTS]
+    return Quantities(tuple(map(nodes.pattern, used)), counts[:, list(used)])
+
+
+def _symbols(nodes: LabelledNodes) -> Quantities:
+    """Counts of the nodes of each symbol."""
+    names = nodes.labels.symbols[:_MAX_COUNTS]
+    inside = nodes.symbol < len(names)
+    return Quantities(tuple(map(Pattern, names)), nodes.count(nodes.model[inside], nodes.symbol[inside], len(names)))
+
+
+def _children(nodes: LabelledNodes) -> Quantities:
+    """Counts of the nodes of a symbol that are children of another symbol."""
+    names, inner = nodes.labels.symbols, np.flatnonzero(nodes.parent >= 0)
+    codes = nodes.symbol[nodes.parent[inner]] * len(names) + nodes.symbol[inner]
+    kinds, index = np.unique(codes, return_inverse=True)
+    inside = np.flatnonzero(index < _MAX_COUNTS)
+    counts = nodes.count(nodes.model[inner[inside]], index[inside], min(len(kinds), _MAX_COUNTS))
+    edges = [divmod(kind, len(names)) for kind in kinds[:_MAX_COUNTS].tolist()]
+    return Quantities(tuple(Pattern(names[a], below=(Below((Pattern(names[b]),)),)) for a, b in edges), counts)
+
+
+def _outcomes(nodes: LabelledNodes, sites: Sequence[Site]) -> list[Draw]:
+    """Outcomes of random choices outside rules, such as those of attributes."""
+    symbols = set(nodes.labels.symbols)
+    choices = {
+        site.name: max(site.choices, 2) for site in sites if not is_quantity(site) and site.definition not in symbols
+    }
+    return [Draw(name, branch) for name, number in choices.items() for branch in range(number)]
+
+
+def _counted(forests: Sequence[Forest], features: Sequence[Draw]) -> Quantities:
+    values = np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in forests)])
+    return Quantities(tuple(features), values)
 
 
 def distinct(quantities: Quantities) -> Quantities:

@@ -15,15 +15,14 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.pattern import Feature
-from grammarlab.tastes import arithmetic
+from grammarlab.tastes import arithmetic, relations, sequences, shares
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.quantities import Block, as_block
 
 MAX_CANDIDATES = 20_000
 """Largest number of candidates."""
-MAX_VALUES = 1 << 24
+MAX_VALUES = 12_000_000
 """Largest number of values of all candidates; for more designs there are fewer candidates."""
 _DIGITS = 9
 """Number of digits by which columns differ."""
@@ -33,7 +32,7 @@ Production: TypeAlias = Callable[[Elements], Iterator[Block]]
 
 @dataclass(frozen=True)
 class Candidates:
-    """C candidates, elements before what is made of them, the cheapest first."""
+    """C candidates: elements in the order of the productions, then what is made of them, the cheapest first."""
 
     formulas: tuple[Feature, ...]
     """[C] what they are."""
@@ -61,6 +60,19 @@ def draws(elements: Elements) -> Iterator[Block]:
 PRODUCTIONS: Mapping[str, Production] = {
     "counts": counts,
     "draws": draws,
+    "choices": sequences.choices,
+    "roles": relations.roles,
+    "positions": sequences.positions,
+    "equal choices": sequences.equal_choices,
+    "relations of sequences": sequences.relations,
+    "matching sequences": sequences.matching_sequences,
+    "sections": relations.sections,
+    "neighbours": relations.neighbours,
+    "alternations": relations.alternations,
+    "contexts": relations.contexts,
+    "shares": shares.shares,
+    "kinds": shares.kinds,
+    "conditional": shares.conditional,
     "sums of two": arithmetic.sums_of_two,
     "differences": arithmetic.differences,
     "products": arithmetic.products,
@@ -79,22 +91,18 @@ class _Priced(NamedTuple):
     price: float
 
 
-def candidates(forests: Sequence[Forest], productions: Mapping[str, Production] = PRODUCTIONS) -> Candidates:
-    """Candidates that distinguish models of a grammar.
+def candidates(elements: Elements, productions: Mapping[str, Production] = PRODUCTIONS) -> Candidates:
+    """Candidates that distinguish designs.
 
     Args:
-        forests: the models.
+        elements: what the designs consist of.
         productions: productions of the language, by name.
-
-    Raises:
-        UsageError: If the columns of a forest are not trees.
 
     >>> import grammarlab as gl
     >>> forest = gl.derive(gl.Grammar.parse("attr w = rand(1, 2)  Lot --> 50% : A else : B"), 50, seed=1)
-    >>> [str(formula) for formula in candidates([forest]).formulas[:2]]
-    ['w', 'Lot:0']
+    >>> [str(formula) for formula in candidates(Elements.of([forest])).formulas[:2]]
+    ['Lot:0', 'w']
     """
-    elements = Elements.of(forests)
     return collected([priced(list(make(elements)), len(productions)) for make in productions.values()], elements.num)
 
 
@@ -108,20 +116,20 @@ def priced(blocks: Sequence[Block], num_productions: int) -> list[_Priced]:
 def collected(productions: Sequence[Sequence[_Priced]], num: int) -> Candidates:
     """The different columns of productions for ``num`` designs."""
     most = min(MAX_CANDIDATES, MAX_VALUES // max(num, 1))
-    known, formulas, columns, prices = set[bytes](), list[Feature](), list[Floats](), list[float]()
+    forms, formulas, prices = set[bytes](), list[Feature](), list[float]()
+    columns = np.empty((most, num))
     parts = [part for parts in productions for part in parts]
-    for block, price in sorted(parts, key=lambda part: (part.block.operators > 0, part.price)):
+    for block, price in sorted(parts, key=lambda part: part.price if part.block.operators else 0.0):
         if len(formulas) >= most:
             break
         values = block.values()
         for index, form in _forms(values):
-            if form not in known and len(formulas) < most:
-                known.add(form)
+            if form not in forms and len(formulas) < most:
+                forms.add(form)
+                columns[len(formulas)] = values[:, index]
                 formulas.append(block.formula(index))
-                columns.append(values[:, index])
                 prices.append(price)
-    values = np.stack(columns, axis=1) if columns else np.zeros((num, 0))
-    return Candidates(tuple(formulas), values, np.array(prices))
+    return Candidates(tuple(formulas), columns[: len(formulas)].T, np.array(prices))
 
 
 def _forms(values: Floats) -> Iterator[tuple[int, bytes]]:

@@ -115,16 +115,16 @@ def nearest_sets(number: int, size: int, most: int) -> Ints:
     >>> nearest_sets(4, 3, 3).tolist()
     [[0, 1, 2], [1, 2, 3], [0, 1, 3]]
     """
-    found = [np.zeros((0, size), dtype=np.int64)]
+    sets = [np.zeros((0, size), dtype=np.int64)]
     total = 0
     for extent in range(size - 1, number):
         inner = np.array(list(_inner(extent, size)), dtype=np.int64).reshape(-1, size)
         shifted = (np.arange(number - extent)[:, None, None] + inner[None]).reshape(-1, size)
-        found.append(shifted[: most - total])
-        total += len(found[-1])
+        sets.append(shifted[: most - total])
+        total += len(sets[-1])
         if total >= most:
             break
-    return np.concatenate(found)
+    return np.concatenate(sets)
 
 
 def _inner(extent: int, size: int) -> Iterator[tuple[int, ...]]:

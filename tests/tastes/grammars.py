@@ -6,7 +6,9 @@ from functools import cache
 
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
+from grammarlab.features.patterns.pattern import Pattern
 from grammarlab.language.grammar import Grammar
+from grammarlab.tastes.basic_quantities import Elements
 
 GRAMMARS = {
     "towers": """
@@ -41,6 +43,15 @@ GRAMMARS = {
         Right --> 50% : Round else : Square
     """,
 }
+
+
+READERS = {"plinth": (Pattern("Tower", branch=(0,)),)}
+"""Branches that use draws, as if others did not."""
+
+
+def elements_of(name: str) -> Elements:
+    """Quantities of models of a grammar."""
+    return Elements.of(forests_of(name), READERS if name == "towers" else {})
 
 
 @cache

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.features.patterns.pattern import Apply, Atom, ConstantTerm, Formula, Measure, Step
+from grammarlab.features.patterns.pattern import Atom, ConstantTerm, Measure, Step
 
 _Operation: TypeAlias = Callable[[Sequence[Floats]], NDArray[Any]]
 
@@ -47,11 +47,6 @@ def evaluate(steps: Sequence[Step], columns: Mapping[Atom, Floats], num: int) ->
         else:
             results.append(apply(step.operation, [results[i] for i in step.operands]))
     return results[-1]
-
-
-def num_operations(formula: Formula) -> int:
-    """Number of operations of a formula."""
-    return sum(isinstance(step, Apply) for step in formula.steps)
 
 
 def _chosen(operands: Sequence[Floats]) -> Floats:

@@ -46,6 +46,8 @@ from grammarlab.learning.designs.flattening import Flattened, flattened
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
 from grammarlab.scene.instances import realize
 from grammarlab.scene.triangles import leaf_of_triangle
+from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.language import Candidates, candidates
 
 _MIN_LIKED = 3
 """Smallest number of models with a score above 0 for a search for subtrees."""
@@ -188,6 +190,9 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         features, counts = counted(table)
         fits = find_points(counts, scores)
         return [PointsFeature(total_of(features, fit.weights), fit.predicted, fit.price) for fit in fits]
+
+    def candidates(self, designs: Sequence[Forest]) -> Candidates:
+        return candidates(Elements.of(designs, self._readers))
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])

@@ -1,0 +1,99 @@
+"""Roles: the same choice under different symbols, such as the roof of an office and the roof of a house.
+
+Two symbols have one role if at least two of their alternatives have the same name without the symbol's own words:
+OfficeFlat and OfficeGable of OfficeRoof are HouseFlat and HouseGable of HouseRoof. Symbols without such a partner are
+comparable if they have the same branches, alternative by alternative.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.arrays import Ints, connected
+from grammarlab.tastes.labelled_nodes import LabelledNodes
+
+MAX_ALTERNATIVES = 11
+"""Largest number of alternatives of a choice."""
+_MIN_AGREEING = 2
+"""Smallest number of alternatives with the same name of symbols of one role."""
+_WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^\W\d_]+")
+
+
+@dataclass(frozen=True)
+class Roles:
+    """Kinds of choices; choices of one kind are comparable."""
+
+    kind: Ints
+    """[unknown + 1] kind of the choice of each label; -1 for none."""
+    number: Ints
+    """[unknown + 1] number of the alternative among those of its kind, from 1; 0 for none."""
+    shared: tuple[int, ...]
+    """Kinds of several symbols with the same names of alternatives."""
+
+    @classmethod
+    def of(cls, nodes: LabelledNodes) -> Roles:
+        """The kinds of all choices of few alternatives."""
+        members = _choices(nodes)
+        names = {symbol: _names(nodes, symbol, labels) for symbol, labels in members.items()}
+        group = _groups(names)
+        kinds: dict[object, int] = {}
+        kind, number = np.full(nodes.labels.unknown + 1, -1), np.zeros(nodes.labels.unknown + 1, dtype=np.int64)
+        numbers: dict[int, dict[object, int]] = {}
+        for symbol, labels in members.items():
+            branches = [nodes.labels.rules[label].branch for label in labels]
+            is_shared = symbol in group
+            key = ("role", group[symbol]) if is_shared else ("branches", tuple(branches))
+            index = kinds.setdefault(key, len(kinds))
+            of_kind = numbers.setdefault(index, {})
+            for label, name in zip(labels, names[symbol] if is_shared else branches, strict=True):
+                kind[label], number[label] = index, of_kind.setdefault(name, len(of_kind) + 1)
+        shared = tuple(index for key, index in kinds.items() if isinstance(key, tuple) and key[0] == "role")
+        return cls(kind, number, shared)
+
+
+def _choices(nodes: LabelledNodes) -> dict[str, list[int]]:
+    """Labels of the alternatives of each choice, by branch."""
+    members: dict[str, list[int]] = {}
+    for label in nodes.alternatives:
+        members.setdefault(nodes.labels.symbol_of(label), []).append(label)
+    return {
+        symbol: sorted(labels, key=lambda label: nodes.labels.rules[label].branch)
+        for symbol, labels in members.items()
+        if len(labels) <= MAX_ALTERNATIVES and not nodes.labels.is_overloaded(symbol)
+    }
+
+
+def _names(nodes: LabelledNodes, symbol: str, labels: Sequence[int]) -> list[str]:
+    """Names of alternatives without the words of their symbol; empty if some have none."""
+    words = {word.lower() for word in _WORDS.findall(symbol)}
+    names = [
+        " ".join(word.lower() for word in _WORDS.findall(nodes.names.branch(label)) if word.lower() not in words)
+        for label in labels
+        if not _is_bare(nodes.names.branch(label))
+    ]
+    return names if len(set(names)) == len(labels) and all(names) else []
+
+
+def _is_bare(name: str) -> bool:
+    """Whether a branch has no name of its own."""
+    return "%" in name or name.startswith("line ")
+
+
+def _groups(names: Mapping[str, Sequence[str]]) -> dict[str, int]:
+    """A number for each group of symbols that have one role; nothing for symbols alone."""
+    symbols = [symbol for symbol, listed in names.items() if listed]
+    pairs = [
+        (i, j)
+        for i, first in enumerate(symbols)
+        for j, second in enumerate(symbols[:i])
+        if len(set(names[first]) & set(names[second])) >= _MIN_AGREEING
+    ]
+    if not pairs:
+        return {}
+    component = connected(len(symbols), *np.array(pairs, dtype=np.int64).T)
+    size = np.bincount(component)
+    return {s: number for s, number in zip(symbols, component.tolist(), strict=True) if size[number] > 1}

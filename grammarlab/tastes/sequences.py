@@ -1,0 +1,138 @@
+"""Productions about choices at several places: made alike, by turns, mirrored, of how many kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from grammarlab.arrays import Ints
+from grammarlab.features.patterns.operations import SEQUENCE_RELATIONS
+from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.choice_places import Choice
+from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks
+
+_MOST_PAIRS = 1_500
+"""Largest number of pairs of places."""
+_MAX_SEQUENCES = 200
+"""Largest number of sequences."""
+_MAX_LENGTH = 16
+"""Largest number of places of a sequence."""
+
+
+def choices(elements: Elements) -> Iterator[Block]:
+    """The number of the alternative at a place."""
+    return as_block(elements.numbers)
+
+
+def equal_choices(elements: Elements) -> Iterator[Block]:
+    """Two comparable choices are made alike."""
+    kinds = [choice.line.kind for choice in elements.choices]
+    pairs = [pair for pair in combinations(range(len(kinds)), 2) if kinds[pair[0]] == kinds[pair[1]]]
+    rows = [choice.line.rows for choice in elements.choices]
+    apart = [(first, second) for first, second in pairs if not np.isin(rows[first], rows[second]).any()]
+    indices = np.array(apart[:_MOST_PAIRS], dtype=np.int64).reshape(-1, 2)
+    return blocks(lambda do, a, b: do("equal", a, b), [elements.numbers] * 2, indices)
+
+
+def relations(elements: Elements) -> Iterator[Block]:
+    """Relations of three or more comparable choices in their order."""
+    for group in _by_length(sequences_of(elements)):
+        for name in SEQUENCE_RELATIONS:
+            yield from blocks(_applying(name), [elements.numbers] * group.shape[1], group)
+
+
+def positions(elements: Elements) -> Iterator[Block]:
+    """The position of the first part of a sequence that has an alternative."""
+    for sequence in sequences_of(elements):
+        members = [elements.choices[index] for index in sequence]
+        for number in range(1, 1 + max(len(choice.alternatives) for choice in members)):
+            flags = {
+                formula: (choice.number == number).astype(np.float64)
+                for choice in members
+                for formula in choice.alternatives[number - 1 : number]
+                if formula is not None
+            }
+            if len(flags) > 1:
+                quantities = Quantities(tuple(flags), np.stack(list(flags.values()), axis=1))
+                yield from blocks(_applying("which"), [quantities] * len(flags), np.arange(len(flags))[None])
+
+
+def matching_sequences(elements: Elements) -> Iterator[Block]:
+    """In how many places two sequences of one length and kind are alike, and whether in all."""
+    sequences = sequences_of(elements)
+    for first, second in combinations(sequences, 2):
+        if len(first) != len(second) or set(first) & set(second):
+            continue
+        if elements.choices[first[0]].line.kind == elements.choices[second[0]].line.kind:
+            for reordered in dict.fromkeys((second, second[::-1])):
+                pairs = np.array([[*first, *reordered]])
+                for recipe in (_alike(len(first)), _all_alike(len(first))):
+                    yield from blocks(recipe, [elements.numbers] * pairs.shape[1], pairs)
+
+
+def sequences_of(elements: Elements) -> list[tuple[int, ...]]:
+    """Indices of comparable choices in the order of the rules, three or more, none of them a case of another.
+
+    They have the same line of symbols (a symbol that calls itself counts once), or the same node at the top and the
+    same symbol or role at the end, or only this.
+    """
+    choices, shared = elements.choices, elements.lines.roles.shared
+    groups: dict[object, list[int]] = {}
+    for index, choice in enumerate(choices):
+        kind, chain = choice.line.kind, choice.line.chain
+        shortened = tuple(symbol for symbol, above in zip(chain, (object(), *chain), strict=False) if symbol != above)
+        last = "" if kind in shared else chain[-1]
+        for key in ((kind, shortened), (kind, last, chain[0], len(chain)), (kind, last)):
+            groups.setdefault(key, []).append(index)
+    sequences: dict[tuple[int, ...], None] = {}
+    for group in groups.values():
+        members = sorted(_apart(choices, group), key=lambda index: (choices[index].way, index))
+        if 3 <= len(members) <= _MAX_LENGTH:
+            sequences.setdefault(tuple(members))
+    return list(sequences)[:_MAX_SEQUENCES]
+
+
+def _apart(choices: Sequence[Choice], group: Sequence[int]) -> list[int]:
+    """Choices without those of nodes that an earlier one has."""
+    used, indices = set[int](), list[int]()
+    for index in group:
+        rows = choices[index].line.rows.tolist()
+        if used.isdisjoint(rows):
+            used.update(rows)
+            indices.append(index)
+    return indices
+
+
+def _by_length(sequences: Sequence[tuple[int, ...]]) -> Iterator[Ints]:
+    for length in sorted({len(sequence) for sequence in sequences}):
+        yield np.array([sequence for sequence in sequences if len(sequence) == length])
+
+
+def _applying(name: str) -> Recipe:
+    return lambda do, *parts: do(name, *parts)
+
+
+def _alike(length: int) -> Recipe:
+    def recipe(do: Any, *parts: Any) -> Any:
+        total = do("equal", parts[0], parts[length])
+        for first, second in zip(parts[1:length], parts[length + 1 :], strict=True):
+            total = do("+", total, do("equal", first, second))
+        return total
+
+    return recipe
+
+
+def _all_alike(length: int) -> Recipe:
+    """All places that both sequences have, at least two."""
+
+    def recipe(do: Any, *parts: Any) -> Any:
+        both = [do("*", first, second) for first, second in zip(parts[:length], parts[length:], strict=True)]
+        number = do("!=", both[0], 0.0)
+        for other in both[1:]:
+            number = do("+", number, do("!=", other, 0.0))
+        return do("and", do(">", number, 1.0), do("==", _alike(length)(do, *parts), number))
+
+    return recipe
