@@ -14,9 +14,9 @@ from grammarlab.derivation.forest import Forest, Site
 from grammarlab.features.columns.paths import is_quantity
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Below, Draw, Formula, Pattern
+from grammarlab.tastes.choice_lines import Lines
 from grammarlab.tastes.choice_places import Choice, as_quantities, choices_of, summed
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.choice_lines import Lines
 from grammarlab.tastes.quantities import Quantities, joined
 from grammarlab.tastes.roles import Roles
 

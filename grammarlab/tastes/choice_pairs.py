@@ -14,9 +14,9 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.features.patterns.pattern import Below, Formula, Pattern
+from grammarlab.tastes.choice_lines import Line, Lines
 from grammarlab.tastes.choice_places import summed
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.choice_lines import Line, Lines
 from grammarlab.tastes.quantities import Quantities
 
 _MAX_LEVELS = 3

@@ -12,8 +12,8 @@ import numpy as np
 from grammarlab.arrays import Flags, Ints
 from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.basic_quantities import Elements
-from grammarlab.tastes.choice_places import summed
 from grammarlab.tastes.choice_pairs import Pairs, pairs_below, pairs_beside, pairs_of_three
+from grammarlab.tastes.choice_places import summed
 from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks
 
 _MOST_CONTEXTS = 1_000
