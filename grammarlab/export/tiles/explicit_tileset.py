@@ -11,6 +11,9 @@ from grammarlab.export.model_files import GENERATOR, write_whole
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
 from grammarlab.export.tiles.tile_tree import TileNode, box_of, content_name
 
+SHARD_TILESET = "tileset.json"
+"""Name of the tileset of a shard in its folder."""
+
 
 def shard_folder(cell: TileCell) -> str:
     """Path of the folder of a shard below the folder of the city."""
@@ -20,7 +23,7 @@ def shard_folder(cell: TileCell) -> str:
 def write_shard_tileset(folder: Path, grid: TileGrid, shard: TileNode) -> None:
     """Write the tileset of a shard, which that of the city refers to."""
     root = _tile(shard, grid, "../../")
-    path = folder / shard_folder(shard.cell) / "tileset.json"
+    path = folder / shard_folder(shard.cell) / SHARD_TILESET
     write_whole(path, json_bytes(tileset(root, shard.shown().error(grid), None)))
 
 
@@ -70,7 +73,7 @@ def _tile(node: TileNode, grid: TileGrid, base: str) -> dict[str, Any]:
 def _tile_above_shards(node: TileNode, grid: TileGrid) -> dict[str, Any]:
     """The tile of a node that is above shards, or a reference to the tileset of a shard."""
     if node.cell.level == grid.shard_level:
-        return _entry(node, grid, f"{shard_folder(node.cell)}/tileset.json")
+        return _entry(node, grid, f"{shard_folder(node.cell)}/{SHARD_TILESET}")
     if not node.has_content and len(node.children) == 1:
         return _tile_above_shards(node.children[0], grid)
     children = [_tile_above_shards(child, grid) for child in node.children]

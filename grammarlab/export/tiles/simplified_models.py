@@ -13,11 +13,11 @@ from dataclasses import replace
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.export.tiles.block_file import polygon_scene
 from grammarlab.export.tiles.covered import is_covered
 from grammarlab.export.tiles.facets import facets
 from grammarlab.export.tiles.plane_outlines import Outlines, outlines, significant, within_budget
 from grammarlab.export.tiles.planes import planes
+from grammarlab.export.tiles.polygon_scene import polygon_scene
 from grammarlab.export.tiles.slabs import slabs
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.scene.instance_bounds import instance_bounds

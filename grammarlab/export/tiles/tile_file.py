@@ -47,6 +47,8 @@ class TileSummary:
     """[3] smallest coordinates from the origin of the tile, in metres: x east, y up, z south."""
     high: Floats
     """[3] largest coordinates."""
+    textures: tuple[str, ...]
+    """Names of the textures in the folder of those that tiles share, ascending."""
 
 
 def write_tile(
@@ -97,7 +99,14 @@ def write_tile(
         total = TilePart.total(parts)
         document.pack(_placed(document, total.nodes, matrix), GENERATOR)
         num_bytes = output.stream.tell()
-    return TileSummary(num_bytes, total.triangles, total.draws, low, high)
+    return TileSummary(
+        bytes=num_bytes,
+        triangles=total.triangles,
+        draws=total.draws,
+        low=low,
+        high=high,
+        textures=tuple(sorted(share.names)) if share else (),
+    )
 
 
 def _prepared(scene: Scene, assets: Path | None) -> Scene:
@@ -111,20 +120,26 @@ def _prepared(scene: Scene, assets: Path | None) -> Scene:
     return replace(scene, materials=replace(table, textures=textures))
 
 
-@dataclass(frozen=True, slots=True)
 class _TextureStore:
-    """A folder of textures by their content, which tiles refer to."""
+    """A folder of textures by their content, which tiles refer to.
 
-    folder: Path
-    base: Path
-    """Folder of the tile."""
+    Args:
+        folder: the folder.
+        base: folder of the tile.
+    """
+
+    def __init__(self, folder: Path, base: Path) -> None:
+        self._folder, self._base = folder, base
+        self.names: set[str] = set()
+        """Names of the textures that the tile refers to."""
 
     def __call__(self, texture: Texture) -> str:
         """URI of a stored texture, relative to the tile."""
-        path = self.folder / f"{sha256(texture.content).hexdigest()[:32]}{texture.suffix}"
+        path = self._folder / f"{sha256(texture.content).hexdigest()[:32]}{texture.suffix}"
+        self.names.add(path.name)
         if not path.exists():
             write_whole(path, texture.content)
-        return Path(os.path.relpath(path, self.base)).as_posix()
+        return Path(os.path.relpath(path, self._base)).as_posix()
 
 
 def tile_bounds(tile: TileModels) -> tuple[Floats, Floats]:

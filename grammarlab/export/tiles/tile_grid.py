@@ -33,12 +33,18 @@ class TileCell(NamedTuple):
         """The cell that contains this one; only below the root."""
         return TileCell(self.level - 1, self.x >> 1, self.y >> 1)
 
+    @property
+    def children(self) -> tuple[TileCell, ...]:
+        """The four cells in this one, in Morton order."""
+        return tuple(TileCell(self.level + 1, 2 * self.x + x, 2 * self.y + y) for y in (0, 1) for x in (0, 1))
+
 
 @dataclass(frozen=True, slots=True)
 class TileGrid:
     """A quadtree centred on the origin of a frame; its leaves are squares of `LEAF_SIZE`.
 
-    A *shard* is a cell of 16 x 16 leaves: the unit that one process writes.
+    A *shard* is a cell of 16 x 16 leaves: the unit that one process writes. A *quad* is one of 2 x 2 leaves: the unit
+    that is written again after a change.
 
     >>> grid = TileGrid.around(np.array([[10.0, 0.0, -200.0]]))
     >>> grid.leaves(np.array([[10.0, 0.0, -200.0]])).tolist(), grid.size(grid.leaf_level)
@@ -66,6 +72,11 @@ class TileGrid:
     def leaf_level(self) -> int:
         """Level of the leaves."""
         return self.num_levels - 1
+
+    @property
+    def quad_level(self) -> int:
+        """Level of the quads."""
+        return self.num_levels - 2
 
     @property
     def shard_level(self) -> int:

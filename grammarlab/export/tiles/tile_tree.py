@@ -18,6 +18,17 @@ _DECIMALS = 3
 """Of boxes in metres, rounded outwards."""
 
 
+@dataclass(frozen=True, slots=True)
+class TileFile:
+    """The written file of a tile."""
+
+    num_bytes: int
+    draws: int
+    """Primitives that a viewer draws one by one."""
+    textures: tuple[str, ...] = ()
+    """Names of the textures that it shares with other tiles, ascending."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TileNode:
     """A tile and those below it."""
@@ -27,18 +38,33 @@ class TileNode:
     """[3] lowest corner of all content here and below, in the axes of the root: x east, y north, z up, in metres."""
     high: Floats
     """[3] highest corner."""
-    has_content: bool
-    """Whether there is a file; cells of blocks with a single child below them have none."""
+    file: TileFile | None
+    """None for cells of blocks with a single child below them."""
     children: tuple[TileNode, ...] = ()
     """In Morton order."""
 
     @classmethod
-    def above(cls, cell: TileCell, box: tuple[Floats, Floats] | None, children: Sequence[TileNode] = ()) -> TileNode:
+    def above(
+        cls,
+        cell: TileCell,
+        box: tuple[Floats, Floats] | None,
+        file: TileFile | None,
+        children: Sequence[TileNode] = (),
+    ) -> TileNode:
         """A tile whose volume contains its own content in a box, if it has content, and its children."""
         corners = [child.low for child in children] + [child.high for child in children] + [*(box or ())]
         step = 10.0**_DECIMALS
         low, high = np.floor(np.min(corners, axis=0) * step), np.ceil(np.max(corners, axis=0) * step)
-        return cls(cell, low / step, high / step, box is not None, tuple(children))
+        return cls(cell, low / step, high / step, file, tuple(children))
+
+    @property
+    def has_content(self) -> bool:
+        """Whether there is a file."""
+        return self.file is not None
+
+    def files(self) -> Iterable[TileFile]:
+        """The files of this tile and of all below it."""
+        return (node.file for node in self.walk() if node.file is not None)
 
     def walk(self) -> Iterable[TileNode]:
         """This tile and all below it."""

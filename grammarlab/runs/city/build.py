@@ -24,15 +24,9 @@ from grammarlab.files import write_text
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.runs.city.city_clearing import clear_city
 from grammarlab.runs.city.parcel_listing import ParcelListing
-from grammarlab.runs.city.shard import (
-    CITYJSON,
-    ShardRecord,
-    ShardTask,
-    build_shard,
-    read_record,
-    shard_folder,
-)
-from grammarlab.runs.city.survey import Survey, lot_outlines, surveyed
+from grammarlab.runs.city.quad_buildings import SitesOfShard
+from grammarlab.runs.city.shard import ShardRecord, ShardTask, build_shard, kept_shard, lines_of
+from grammarlab.runs.city.survey import Survey, surveyed
 from grammarlab.runs.city.tree_places import TreePlaces, tree_places
 from grammarlab.runs.city.tree_tiles import TILESET as TREES_TILESET
 from grammarlab.runs.city.tree_tiles import clear_trees, write_trees
@@ -117,18 +111,18 @@ def build_city(
     with only_run_in(folder):
         tasks = shard_tasks(survey, zones, folder, cityjson=cityjson)
         records, num_reused = _built(tasks, executor, on_progress)
-        written = [task for task, record in zip(tasks, records, strict=True) if record.num_tiles]
-        cells = [task.cell for task in written]
-        clear_city(folder, cells, (TILESET, BUILDINGS_TILESET))
+        shards = {task.cell: record.tree for task, record in zip(tasks, records, strict=True)}
+        grid, _ = _geography(survey)
+        clear_city(folder, grid, shards, (TILESET, BUILDINGS_TILESET, *(() if cityjson else (BUILDINGS,))))
         trees = tree_places(survey, zones, street_trees)
-        num_tiles = _write_tilesets(folder, survey, cells, trees, implicit=implicit)
+        written = {cell: tree for cell, tree in shards.items() if tree}
+        num_tiles = _write_tilesets(folder, survey, written, trees, implicit=implicit)
         failures = {name: message for record in records for name, message in record.failures.items()}
         reason = _reasons(survey, failures)
         reports = {name: report for record in records for name, report in record.reports.items()}
-        grid, _ = _geography(survey)
         ParcelListing(survey=survey, zones=zones, grid=grid, reason=reason, reports=reports).write(folder / PARCELS)
         if cityjson:
-            _write_buildings(folder / BUILDINGS, survey, written)
+            _write_buildings(folder / BUILDINGS, survey, tasks)
         _write_city(folder / CITY, survey, zones, implicit=implicit)
     empty = Counter(reason[reason != ""].tolist())
     return CityResult(
@@ -164,12 +158,8 @@ def shard_tasks(survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, c
             ShardTask(
                 folder=folder,
                 cell=TileCell(grid.shard_level, *cells[first].tolist()),
-                grid=grid,
                 placement=placement,
-                zones=zones,
-                sites=here,
-                ids=survey.parcels.id[here.parcel],
-                lots=lot_outlines(here),
+                source=SitesOfShard(grid=grid, zones=zones, sites=here, ids=survey.parcels.id[here.parcel]),
                 cityjson=cityjson,
             )
         )
@@ -191,7 +181,7 @@ def _built(
     tasks: Sequence[ShardTask], executor: AbstractExecutor, on_progress: Progress
 ) -> tuple[list[ShardRecord], int]:
     """The records of all shards, in order, and how many were built before."""
-    records = {number: record for number, task in enumerate(tasks) if (record := _earlier(task)) is not None}
+    records = {number: record for number, task in enumerate(tasks) if (record := kept_shard(task)) is not None}
     num_reused = len(records)
     missing = [number for number in range(len(tasks)) if number not in records]
     on_progress("shards", num_reused, len(tasks))
@@ -204,13 +194,8 @@ def _built(
     return [records[number] for number in range(len(tasks))], num_reused
 
 
-def _earlier(task: ShardTask) -> ShardRecord | None:
-    record = read_record(task.folder, task.cell)
-    return record if record is not None and record.key == task.key() else None
-
-
 def _write_tilesets(
-    folder: Path, survey: Survey, cells: Sequence[TileCell], trees: Sequence[TreePlaces], *, implicit: bool
+    folder: Path, survey: Survey, shards: Mapping[TileCell, str], trees: Sequence[TreePlaces], *, implicit: bool
 ) -> int:
     """Write the tilesets of buildings and of trees, and one of both; the number of all tiles.
 
@@ -219,13 +204,13 @@ def _write_tilesets(
     grid, placement = _geography(survey)
     are_together = bool(trees) and not implicit
     name = BUILDINGS_TILESET if are_together else TILESET
-    num_tiles = write_city(folder, grid, placement, cells, implicit=implicit, name=name) if cells else 0
+    num_tiles = write_city(folder, grid, placement, shards, implicit=implicit, name=name) if shards else 0
     if not trees:
         clear_trees(folder)
         return num_tiles
     written = write_trees(folder, trees, grid, placement, survey.plan.seed)
     if are_together:
-        write_together(folder / TILESET, (BUILDINGS_TILESET, TREES_TILESET) if cells else (TREES_TILESET,))
+        write_together(folder / TILESET, (BUILDINGS_TILESET, TREES_TILESET) if shards else (TREES_TILESET,))
     return num_tiles + written.num_tiles
 
 
@@ -239,9 +224,8 @@ def _write_buildings(path: Path, survey: Survey, tasks: Sequence[ShardTask]) -> 
     """Join the lines of all shards."""
     with CityJsonWriter(path, survey.parcels.frame) as writer:
         for task in tasks:
-            with (shard_folder(task.folder, task.cell) / CITYJSON).open("rb") as lines:
-                for line in lines:
-                    writer.add_lines(line)
+            for lines in lines_of(task):
+                writer.add_lines(lines)
 
 
 def _write_city(path: Path, survey: Survey, zones: Sequence[ZoneRules], *, implicit: bool) -> None:

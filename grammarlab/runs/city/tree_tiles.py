@@ -22,7 +22,7 @@ from grammarlab.export.tiles.explicit_tileset import json_bytes, tileset
 from grammarlab.export.tiles.tile_file import write_tile
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
 from grammarlab.export.tiles.tile_models import TileModels
-from grammarlab.export.tiles.tile_tree import TileNode, box_in_root, box_of
+from grammarlab.export.tiles.tile_tree import TileFile, TileNode, box_in_root, box_of
 from grammarlab.files import file_below, folder_below, read_bounded, write_text
 from grammarlab.runs.city.tree_places import TreePlaces, grown_cards
 from grammarlab.scene.joined import of_models
@@ -123,7 +123,7 @@ class _Writer:
 
     def finish(self) -> TreeTiles:
         """Write the tileset."""
-        whole = TileNode.above(TileCell(0, 0, 0), None, self._nodes)
+        whole = TileNode.above(TileCell(0, 0, 0), None, None, self._nodes)
         root = {
             "boundingVolume": {"box": box_of(whole)},
             "geometricError": 2 * _NO_TREES,
@@ -137,7 +137,8 @@ class _Writer:
         uri = f"{FOLDER}/{cell.x}_{cell.y}_{number}.glb"
         (matrix,) = self._placement.tile_matrices(self._grid.origin(cell)[None])
         written = write_tile(self._folder / uri, models, "full", matrix)
-        node = TileNode.above(cell, box_in_root(written.low, written.high, matrix))
+        box = box_in_root(written.low, written.high, matrix)
+        node = TileNode.above(cell, box, TileFile(written.bytes, written.draws))
         self._nodes.append(node)
         return {"boundingVolume": {"box": box_of(node)}, "geometricError": 0.0, "content": {"uri": uri}}
 

@@ -6,7 +6,7 @@ import json
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +14,16 @@ import numpy as np
 import pyarrow as pa
 
 from grammarlab.export.tiles.earth_placement import UPWARDS, EarthPlacement
+from grammarlab.export.tiles.tile_branch import TileWriter
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.export.tiles.tile_models import TileModels
-from grammarlab.export.tiles.tile_shard import ShardSummary, write_shard
+from grammarlab.export.tiles.tile_shard import shard_keys, write_quad, write_shard
+from grammarlab.export.tiles.tile_tree import TileNode
 from grammarlab.scene.instances import Scene
 from tests.export.gltf import Glb, node_matrices
 from tests.scene.buildings import house, scene_of
 
+KEY = "a key"
 WIDTHS = (10.0, 7.5, 15.0, 12.5)
 
 
@@ -70,8 +73,22 @@ class Quarter:
             numbers = rows.tolist()
             yield cell, TileModels(houses(numbers), self.places[rows] - grid.origin(cell), properties(numbers))
 
-    def write(self, folder: Path, placement: EarthPlacement) -> list[ShardSummary]:
-        return [write_shard(folder, self.grid, placement, shard, self.leaves(shard)) for shard in self.shards]
+    def write(self, folder: Path, placement: EarthPlacement) -> list[TileNode]:
+        """Write all shards."""
+        return [self.write_shard(TileWriter(folder, self.grid, placement, shard), shard) for shard in self.shards]
+
+    def write_shard(self, writer: TileWriter, shard: TileCell) -> TileNode:
+        for quad, leaves in groupby(self.leaves(shard), lambda leaf: leaf[0].parent):
+            write_quad(writer, quad, KEY, list(leaves))
+        return write_shard(writer, shard, self.quads(shard))
+
+    def quads(self, shard: TileCell) -> dict[TileCell, str]:
+        """Keys of the quads of a shard."""
+        return {cell.parent: KEY for cell, _ in self.leaves(shard)}
+
+    def keys(self) -> dict[TileCell, str]:
+        """Keys of the shards."""
+        return {shard: shard_keys(self.grid, shard, self.quads(shard))[shard] for shard in self.shards}
 
 
 def quarter(num: int = 40, extent: float = 700.0) -> Quarter:

@@ -11,8 +11,9 @@ import pytest
 from grammarlab.errors import UsageError
 from grammarlab.export.tiles.city_tileset import write_city
 from grammarlab.export.tiles.earth_placement import EarthPlacement
-from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
-from grammarlab.export.tiles.tile_shard import write_shard
+from grammarlab.export.tiles.tile_branch import TileWriter
+from grammarlab.export.tiles.tile_grid import TileCell
+from grammarlab.export.tiles.tile_shard import write_quad, write_shard
 from grammarlab.geometry.footprints.frame import Frame
 from tests.export.gltf import read_glb
 from tests.export.tiles.quarter import drawn, explicit_tiles, quarter, read_subtree, texts, upwards
@@ -27,7 +28,7 @@ def city(tmp_path_factory) -> Path:
     """A city with its explicit tileset."""
     folder = tmp_path_factory.mktemp("city")
     QUARTER.write(folder, PLACEMENT)
-    write_city(folder, QUARTER.grid, PLACEMENT, QUARTER.shards)
+    write_city(folder, QUARTER.grid, PLACEMENT, QUARTER.keys())
     return folder
 
 
@@ -35,7 +36,7 @@ def city(tmp_path_factory) -> Path:
 def implicit_city(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("implicit")
     QUARTER.write(folder, PLACEMENT)
-    write_city(folder, QUARTER.grid, PLACEMENT, QUARTER.shards[::-1], implicit=True)
+    write_city(folder, QUARTER.grid, PLACEMENT, dict(reversed(QUARTER.keys().items())), implicit=True)
     return folder
 
 
@@ -134,7 +135,7 @@ def test_files_depend_on_nothing_but_the_buildings(city, tmp_path):
     places = np.vstack((more.places, [[5000.0, 0.0, 5000.0]]))
     grown = type(more)(places)
     grown.write(tmp_path, PLACEMENT)
-    write_city(tmp_path, grown.grid, PLACEMENT, grown.shards)
+    write_city(tmp_path, grown.grid, PLACEMENT, grown.keys())
     for path in city.glob("t/*/*/*.glb"):
         if int(path.parts[-3]) >= QUARTER.grid.shard_level:
             assert path.read_bytes() == (tmp_path / path.relative_to(city)).read_bytes()
@@ -143,11 +144,10 @@ def test_files_depend_on_nothing_but_the_buildings(city, tmp_path):
 def test_a_place_without_coordinates_has_no_transform(tmp_path, city):
     local = EarthPlacement(Frame("", (0.0, 0.0)))
     few = quarter(5, 100.0)
-    summaries = few.write(tmp_path, local)
+    nodes = few.write(tmp_path, local)
     num_bytes = sum(path.stat().st_size for path in tmp_path.glob("t/**/*.glb"))
-    assert sum(summary.num_bytes for summary in summaries) == num_bytes
-    assert sum(summary.num_models for summary in summaries) == 5
-    assert write_city(tmp_path, few.grid, local, few.shards) == len(list(tmp_path.glob("t/**/*.glb")))
+    assert sum(file.num_bytes for node in nodes for file in node.files()) == num_bytes
+    assert write_city(tmp_path, few.grid, local, few.keys()) == len(list(tmp_path.glob("t/**/*.glb")))
     assert "transform" not in json.loads((tmp_path / "tileset.json").read_bytes())["root"]
     transform = json.loads((city / "tileset.json").read_bytes())["root"]["transform"]
     root = PLACEMENT.root_transform()
@@ -155,9 +155,17 @@ def test_a_place_without_coordinates_has_no_transform(tmp_path, city):
     np.testing.assert_allclose(np.array(transform).reshape(4, 4).T, root)
 
 
-def test_leaves_out_of_order_are_refused(tmp_path):
-    shard = QUARTER.shards[0]
-    leaves = list(QUARTER.leaves(shard))
-    for wrong in (leaves[::-1], [], [(TileCell(9, 0, 0), leaves[0][1])]):
+def test_leaves_out_of_order_or_outside_are_refused(tmp_path):
+    writer = TileWriter(tmp_path, QUARTER.grid, PLACEMENT, QUARTER.shards[0])
+    leaves = list(QUARTER.leaves(QUARTER.shards[0]))
+    quads = [[leaf for leaf in leaves if leaf[0].parent == quad] for quad in QUARTER.quads(QUARTER.shards[0])]
+    several = next(quad for quad in quads if len(quad) > 1)
+    for wrong in (several[::-1], [], [*several, several[0]], [*several, (TileCell(9, 0, 0), leaves[0][1])]):
         with pytest.raises(UsageError, match="Morton order"):
-            write_shard(tmp_path, TileGrid(10), PLACEMENT, shard, wrong)
+            write_quad(writer, several[0][0].parent, "a key", wrong)
+
+
+def test_quads_that_are_not_written_are_named(tmp_path):
+    writer = TileWriter(tmp_path, QUARTER.grid, PLACEMENT, QUARTER.shards[0])
+    with pytest.raises(UsageError, match="expected the written quad"):
+        write_shard(writer, QUARTER.shards[0], QUARTER.quads(QUARTER.shards[0]))
