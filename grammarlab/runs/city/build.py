@@ -159,7 +159,7 @@ def shard_tasks(survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, c
                 folder=folder,
                 cell=TileCell(grid.shard_level, *cells[first].tolist()),
                 placement=placement,
-                source=SitesOfShard(grid=grid, zones=zones, sites=here, ids=survey.parcels.id[here.parcel]),
+                source=SitesOfShard(grid=grid, zones=zones, sites=here, ids=survey.parcels.id[here.parcel].tolist()),
                 cityjson=cityjson,
             )
         )

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from grammarlab.city.sites import Sites
 from grammarlab.export.tiles.tile_grid import TileCell
@@ -52,7 +51,7 @@ class QuadRecord:
     """Paths of missing meshes, ascending."""
 
 
-def quad_key(general: Sequence[Any], sites: Sites, ids: NDArray[np.object_]) -> str:
+def quad_key(general: Sequence[Any], sites: Sites, ids: Sequence[str]) -> str:
     """Key of a quad.
 
     Args:
@@ -69,7 +68,7 @@ def quad_key(general: Sequence[Any], sites: Sites, ids: NDArray[np.object_]) -> 
         if column.is_given.any():
             given = zip(column.values.tolist(), column.is_given.tolist(), strict=True)
             digest.update(repr((name, [value if is_given else None for value, is_given in given])).encode())
-    digest.update(repr((ids.tolist(), sites.start_rule.tolist())).encode("utf-8", "surrogatepass"))
+    digest.update(repr((list(ids), sites.start_rule.tolist())).encode("utf-8", "surrogatepass"))
     return digest.hexdigest()
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import pyarrow as pa
 import shapely
-from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city.sites import Sites
@@ -34,7 +33,7 @@ class SitesOfShard:
     """Rules of the zones of the plan, by number."""
     sites: Sites
     """[S] sites in Morton order of their leaves, then by id."""
-    ids: NDArray[np.object_]
+    ids: Sequence[str]
     """[S] ids of their parcels."""
 
 
@@ -62,27 +61,27 @@ class QuadBuildings:
     def failures(self) -> dict[str, str]:
         """Messages by ids of the parcels whose buildings could not be derived."""
         return {
-            self.source.ids[rows[row]]: message
+            self.source.ids[site]: message
             for rows, buildings in self._made
             for row, message in buildings.failures.items()
-            if self._is_here(rows[row])
+            if self._is_here(site := int(rows[row]))
         }
 
     def reports(self) -> dict[str, dict[str, float]]:
         """Sums of reported values by ids of parcels, then by key."""
         return {
-            self.source.ids[rows[row]]: dict(report)
+            self.source.ids[site]: dict(report)
             for rows, buildings in self._made
-            for row, report in zip(buildings.row.tolist(), buildings.reports, strict=True)
-            if report and self._is_here(rows[row])
+            for row, report in zip(buildings.row, buildings.reports, strict=True)
+            if report and self._is_here(site := int(rows[row]))
         }
 
     def missing_assets(self) -> tuple[str, ...]:
         """Paths of missing meshes of all that was derived together, ascending."""
         return tuple(sorted({missing.path for _, buildings in self._made for missing in buildings.missing_assets}))
 
-    def _is_here(self, row: int) -> bool:
-        return self.quad.first <= row < self.quad.last
+    def _is_here(self, site: int) -> bool:
+        return self.quad.first <= site < self.quad.last
 
     def _spans(self) -> list[tuple[TileCell, int, int]]:
         """The leaves with their first row and the row after their last one."""
@@ -120,7 +119,7 @@ class QuadBuildings:
         sites, zones = self.source.sites, self.source.zones
         return pa.table(
             {
-                "id": pa.array(self.source.ids[rows].tolist(), pa.string()),
+                "id": pa.array([self.source.ids[row] for row in rows.tolist()], pa.string()),
                 "zone": pa.array([zones[zone].zone for zone in sites.zone[rows].tolist()], pa.string()),
                 "seed": pa.array(map(str, sites.seed[rows].tolist()), pa.string()),
                 "model": pa.array(map(str, sites.model[rows].tolist()), pa.string()),
@@ -135,8 +134,9 @@ class QuadBuildings:
         if scene is None:
             return
         ends = np.searchsorted(scene.model, np.arange(scene.num_models + 1))
+        numbers: list[int] = rows.tolist()
         lots: list[shapely.Polygon] = lot_outlines(sites.take(rows)).tolist()
-        for model, row, lot in zip(models.tolist(), rows.tolist(), lots, strict=True):
+        for model, row, lot in zip(models.tolist(), numbers, lots, strict=True):
             alone = of_models(scene, np.array([model]))
             corner = sites.corner[row] + alone.origins[0]
             building = CityBuilding(
