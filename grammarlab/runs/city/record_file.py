@@ -31,7 +31,7 @@ def write_record(folder: Path, name: str, record: DataclassInstance) -> None:
         record: fields of texts, numbers, flags, tuples and dictionaries.
     """
     values = asdict(record)
-    content = json.dumps({_DIGEST: _digest(values), **values}, ensure_ascii=False) + "\n"
+    content = json.dumps({_DIGEST: _digest(values), **values}, ensure_ascii=False)
     write_whole(folder / name, content.encode(errors="backslashreplace"))
 
 
