@@ -18,7 +18,7 @@ from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.tastes.labelled_nodes import LabelledNodes
 from grammarlab.tastes.roles import Roles
 
-MAX_ANCESTORS = 8
+MAX_ANCESTORS = 12
 """Largest number of nodes above a choice in a line."""
 
 
@@ -117,7 +117,8 @@ class Lines:
         chain = tuple(labels.symbols[level[0]] if len(level) == 1 else None for level in levels)
         children = tuple(int(self.nodes.child[self._above[level][part[0]]]) for level in range(length - 1, -1, -1))
         kind, number = int(self._kind[part[0]]), self.roles.number[self.nodes.label[rows]]
-        bare = Line(kind, rows, self._above[length][part], number, chain, children, ())
+        tops = self._above[length][part]
+        bare = Line(kind=kind, rows=rows, tops=tops, number=number, chain=chain, children=children, alternatives=())
         return bare._replace(alternatives=self._alternatives(bare, levels[-1]))
 
     def _alternatives(self, line: Line, symbols: Ints) -> tuple[tuple[Pattern, ...], ...]:

@@ -81,7 +81,7 @@ def _pairs_below(lines: Lines) -> Iterator[_Pair]:
     for symbol, below in tops.items():
         for first, second in combinations(below, 2):
             comparable = first.chain[-1] == second.chain[-1] or first.kind in lines.roles.shared
-            if first.kind == second.kind and comparable and not np.isin(first.rows, second.rows).any():
+            if first.kind == second.kind and comparable:
                 pair = _pair(lines.nodes, symbol, first, second)
                 if pair is not None and pair.num_both.max(initial=0.0) > 1.0:
                     yield pair
@@ -92,6 +92,8 @@ def _pair(nodes: LabelledNodes, symbol: str, first: Line, second: Line) -> _Pair
         return [Pattern(symbol, below=(*one.below, *other.below)) for one, other in product(ones, others)]
 
     _, one, other = np.intersect1d(first.tops, second.tops, return_indices=True)
+    if (first.rows[one] == second.rows[other]).any():
+        return None
     same = zip(first.alternatives, second.alternatives, strict=False)
     alike = [pattern for ones, others in same for pattern in joined(ones, others)]
     both = joined(first.any, second.any)

@@ -64,7 +64,8 @@ def matching_sequences(elements: Elements) -> Iterator[Block]:
     """In how many places two sequences of one length and kind are alike, and whether in all."""
     sequences = sequences_of(elements)
     for first, second in combinations(sequences, 2):
-        if len(first) != len(second) or set(first) & set(second):
+        rows = [np.concatenate([elements.choices[index].line.rows for index in each]) for each in (first, second)]
+        if len(first) != len(second) or np.isin(rows[0], rows[1]).any():
             continue
         if elements.choices[first[0]].line.kind == elements.choices[second[0]].line.kind:
             for reordered in dict.fromkeys((second, second[::-1])):

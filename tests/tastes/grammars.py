@@ -26,7 +26,7 @@ GRAMMARS = {
     "recursive": """
         attr size = rand(1, 2)
         Lot --> Stack
-        Stack --> 60% : Part Stack else : Part End
+        Stack --> 50% : Part Stack else : Part End
         Part --> 30% : Red 30% : Blue else : Green
     """,
     "roles": """

@@ -6,18 +6,34 @@
 'Lot > Tower@0 and Lot > Tower@1 alike'
 >>> formula_words(Expression.parse("({Floor} * $storey + $plinth) / $front").formula, {Pattern("Floor"): "floors"})
 '(floors · storey + plinth) over front'
+>>> alike, both = "({*[A:0 + A:0]} + {*[A:1 + A:1]})", "{*[A:* + A:*]}"
+>>> formula_words(Expression.parse(f"{both} > 0 and {alike} == {both}").formula, {})
+'all adjacent A with the same choice'
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from grammarlab.features.patterns.pattern import Apply, ConstantTerm, Feature, Formula, Measure, Pattern, Step
+from grammarlab.features.columns.column_names import equality
+from grammarlab.features.patterns.pattern import (
+    Apply,
+    ConstantTerm,
+    Draw,
+    Feature,
+    Formula,
+    Measure,
+    Pattern,
+    Step,
+    Total,
+)
 
 _MAX_LISTED = 4
 """Largest number of elements of a sequence that are all named."""
+_ZERO = ConstantTerm(0.0)
+_ADJACENT = "adjacent"
 _SIGNS: Mapping[str, str] = {
     "+": " + ",
     "-": " − ",
@@ -33,7 +49,7 @@ _SIGNS: Mapping[str, str] = {
     "and": " and ",
     "or": " or ",
 }
-_RELATIONS: Mapping[str, str] = {
+_FORMS: Mapping[str, str] = {
     "equal": "{} alike",
     "unequal_neighbours": "no two neighbours alike among {}",
     "alternating": "{} alternate",
@@ -44,7 +60,7 @@ _RELATIONS: Mapping[str, str] = {
     "odd": "number unlike the most among {}",
     "min": "smallest of {}",
     "max": "largest of {}",
-    "which": "first of {}",
+    "which": "position of the first of {}",
     "choose": "choice by {}",
 }
 _PRODUCTS = ("*", "/", "%")
@@ -63,25 +79,116 @@ def formula_words(formula: Formula, names: Mapping[Feature, str]) -> str:
         formula: the formula.
         names: words for features; others have their texts.
     """
+    writer = _Writer(formula.steps, names)
     words: list[_Words] = []
     for step in formula.steps:
-        words.append(_step(step, formula.steps, words, names))
+        words.append(writer.words(step, words))
     return words[-1].text
 
 
-def _step(step: Step, steps: Sequence[Step], words: Sequence[_Words], names: Mapping[Feature, str]) -> _Words:
-    if isinstance(step, ConstantTerm):
-        return _Words(f"{step.value:.4g}")
-    if isinstance(step, Measure):
-        return _Words(names.get(step.feature, str(step.feature)))
-    operands = [words[index] for index in step.operands]
-    if step.operation == "which" and (place := _place(step, steps, names)):
-        return _Words(place)
-    if step.operation in _SIGNS:
-        return _Words(_joined(step.operation, *operands), step.operation)
-    if step.operation in _RELATIONS:
-        return _Words(_RELATIONS[step.operation].format(_listed([operand.text for operand in operands])))
-    return _Words(f"{step.operation} of {operands[0].text}" if step.operation != "not" else f"not {operands[0].text}")
+@dataclass(frozen=True)
+class _Writer:
+    steps: Sequence[Step]
+    names: Mapping[Feature, str]
+
+    def words(self, step: Step, earlier: Sequence[_Words]) -> _Words:
+        """Words for a step, from those of the steps before it."""
+        if isinstance(step, ConstantTerm):
+            return _Words(f"{step.value:.4g}")
+        if isinstance(step, Measure):
+            return _Words(self.names.get(step.feature, str(step.feature)))
+        phrase = self._place(step) or self._of_pairs(step, earlier) or self._of_kinds(step) or self._use(step, earlier)
+        if phrase:
+            return _Words(phrase)
+        operands = [earlier[index] for index in step.operands]
+        if step.operation in _SIGNS:
+            return _Words(_joined(step.operation, *operands), step.operation)
+        if step.operation in _FORMS:
+            return _Words(_FORMS[step.operation].format(_listed([operand.text for operand in operands])))
+        return _Words(
+            f"not {operands[0].text}" if step.operation == "not" else f"{step.operation} of {operands[0].text}"
+        )
+
+    def _place(self, step: Apply) -> str:
+        """The place of a choice that `which` numbers by its alternatives; empty for anything else."""
+        if step.operation != "which":
+            return ""
+        present = [self.steps[index] for index in step.operands if self.steps[index] != _ZERO]
+        places = [[self._location(pattern) for pattern in self._added(alternative)] for alternative in present]
+        same = set(places[0]) if places else set[str]()
+        return " or ".join(dict.fromkeys(places[0])) if same and all(set(each) <= same for each in places) else ""
+
+    def _of_pairs(self, step: Apply, earlier: Sequence[_Words]) -> str:
+        """Pairs of choices that are made alike: how many, how many not, all, none, by turns."""
+        if step.operation == "+":
+            return self._alike(step)
+        if step.operation == "and" and (before := earlier[step.operands[0]].text).startswith(f"no {_ADJACENT}"):
+            return f"{before.removeprefix('no ')} by turns"
+        operands = [self.steps[index] for index in step.operands]
+        if step.operation == "-" and (alike := self._alike(operands[1])):
+            return f"exceptions to {alike}"
+        if step.operation == "and" and isinstance(last := operands[1], Apply) and last.operation == "==":
+            first, second = (self.steps[index] for index in last.operands)
+            if alike := self._alike(first):
+                return f"no {alike}" if second == _ZERO else f"all {alike}"
+        return ""
+
+    def _of_kinds(self, step: Apply) -> str:
+        """The share of an alternative, the number of those that occur, or of choices that are not the most frequent."""
+        if step.operation == "/" and (one := self._added_at(step, 0)) and (total := self._added_at(step, 1)):
+            is_share = _with_any(one[0]) == total[0] and len(one) == len(total) == 1
+            return f"share of {self.names.get(one[0], str(one[0]))}" if is_share else ""
+        if step.operation == "+" and (patterns := self._occurring(step)):
+            places = set(map(self._location, patterns))
+            return f"number of kinds of {places.pop()}" if len(places) == 1 else ""
+        most = self.steps[step.operands[-1]]
+        if step.operation == "-" and isinstance(most, Apply) and most.operation == "max":
+            places = {self._location(one) for index in most.operands for one in self._added(self.steps[index])}
+            return f"number of {places.pop()} unlike the most" if len(places) == 1 else ""
+        return ""
+
+    def _use(self, step: Apply, earlier: Sequence[_Words]) -> str:
+        """A draw where a model uses it."""
+        operands = [self.steps[index] for index in step.operands]
+        if step.operation != "*" or not isinstance(operands[1], Measure) or not isinstance(operands[1].feature, Draw):
+            return ""
+        condition = operands[0]
+        is_use = isinstance(condition, Apply) and condition.operation == ">" and bool(self._added_at(condition, 0))
+        return f"{earlier[step.operands[1]].text} where used" if is_use else ""
+
+    def _alike(self, step: Step) -> str:
+        """What a sum of patterns says that counts pairs of choices that are made alike; empty for anything else."""
+        patterns = self._added(step)
+        pairs = [Total(((pattern, 1), (pattern, 1))) for pattern in patterns if len(patterns) > 1]
+        first, *others = dict.fromkeys(map(equality, pairs)) or ("",)
+        return f"{first} or {len(others)} others" if first and others else first
+
+    def _location(self, pattern: Pattern) -> str:
+        """The place of a choice, as a table names it."""
+        place, arrow, _ = self.names.get(pattern, "").rpartition(" → ")
+        return place if arrow else str(_without_branch(pattern))
+
+    def _added(self, step: Step) -> list[Pattern]:
+        """Patterns that a step adds up; empty if it does anything else."""
+        if isinstance(step, Measure):
+            return [step.feature] if isinstance(step.feature, Pattern) else []
+        if isinstance(step, ConstantTerm) or step.operation != "+":
+            return []
+        first, second = (self._added_at(step, index) for index in (0, 1))
+        return [*first, *second] if first and second else []
+
+    def _added_at(self, step: Apply, operand: int) -> list[Pattern]:
+        return self._added(self.steps[step.operands[operand]])
+
+    def _occurring(self, step: Step) -> list[Pattern]:
+        """Patterns of which a step counts those that occur; empty if it does anything else."""
+        if not isinstance(step, Apply) or step.operation not in {"+", "!="}:
+            return []
+        first, second = (self.steps[index] for index in step.operands)
+        if step.operation == "!=":
+            return self._added(first) if second == _ZERO else []
+        one, other = self._occurring(first), self._occurring(second)
+        return [*one, *other] if one and other else []
 
 
 def _joined(operation: str, first: _Words, second: _Words) -> str:
@@ -98,29 +205,6 @@ def _joined(operation: str, first: _Words, second: _Words) -> str:
     return f"{inside(first, False)}{_SIGNS[operation]}{inside(second, True)}"
 
 
-def _place(step: Apply, steps: Sequence[Step], names: Mapping[Feature, str]) -> str:
-    """The place of a choice that `which` numbers by its alternatives; empty if the operands are no alternatives."""
-    groups = [_added(steps[index], steps) for index in step.operands]
-    if len({len(group) for group in groups}) != 1 or not all(groups):
-        return ""
-    places: list[str] = []
-    for alternatives in zip(*groups, strict=True):
-        if len({str(_without_branch(pattern)) for pattern in alternatives}) != 1:
-            return ""
-        named = next((names[pattern] for pattern in alternatives if pattern in names), "")
-        place, arrow, _ = named.rpartition(" → ")
-        places.append(place if arrow else str(_without_branch(alternatives[0])))
-    return " or ".join(dict.fromkeys(places))
-
-
-def _added(step: Step, steps: Sequence[Step]) -> list[Pattern]:
-    """Patterns that a step adds up; empty if it does anything else."""
-    if isinstance(step, Apply) and step.operation == "+":
-        first, second = (_added(steps[index], steps) for index in step.operands)
-        return [*first, *second] if first and second else []
-    return [step.feature] if isinstance(step, Measure) and isinstance(step.feature, Pattern) else []
-
-
 def _without_branch(pattern: Pattern) -> Pattern:
     """A pattern without the branch of its lowest node."""
     if not pattern.below:
@@ -128,6 +212,11 @@ def _without_branch(pattern: Pattern) -> Pattern:
     *others, last = pattern.below
     run = (*last.run[:-1], _without_branch(last.run[-1]))
     return replace(pattern, below=(*others, replace(last, run=run)))
+
+
+def _with_any(pattern: Pattern) -> Pattern:
+    """A pattern of a node with any branch."""
+    return replace(pattern, branch=())
 
 
 def _listed(texts: Sequence[str]) -> str:

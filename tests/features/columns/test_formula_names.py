@@ -10,6 +10,9 @@ from grammarlab.features.columns.vocabulary import extract
 from grammarlab.features.expression import Expression
 from grammarlab.language.grammar import Grammar
 
+ALIKE, BOTH = "({*[A:0 + A:0]} + {*[A:1 + A:1]})", "{*[A:* + A:*]}"
+FAR, THREE = "({*[A:0 + A:* + A:0]} + {*[A:1 + A:* + A:1]})", "{*[A:* + A:* + A:*]}"
+
 
 @pytest.mark.parametrize(
     ("text", "words"),
@@ -26,6 +29,17 @@ from grammarlab.language.grammar import Grammar
         ("odd({A:0}, {A:1}, {A:2})", "number unlike the most among A:0, A:1 and A:2"),
         ("equal({A}, {B}, {C}, {D}, {E})", "A to E (5) alike"),
         ("not ($a == $b)", "not a equal to b"),
+        ("{A:0} + {B:0}", "A:0 + B:0"),
+        ("{A:1} / {A:*}", "share of A:1"),
+        ("({A:1} > 0) * $h + $w", "h where used + w"),
+        ("({A:0} != 0) + ({A:1} != 0)", "number of kinds of A"),
+        ("{A} - max({A:0}, {A:1})", "number of A unlike the most"),
+        ("which({A > B@0:0}, {A > B@1:0})", "position of the first of A > B@0:0 and A > B@1:0"),
+        ("which(0, {A:1})", "A"),
+        (f"{BOTH} - {ALIKE}", "exceptions to adjacent A with the same choice"),
+        (f"{BOTH} > 0 and {ALIKE} == 0", "no adjacent A with the same choice"),
+        (f"{BOTH} > 0 and {ALIKE} == 0 and {FAR} == {THREE}", "adjacent A with the same choice by turns"),
+        ("{S[L@0:0, R@1:0]} + {S[L@0:1, R@1:1]}", "same choice at S > L@0 and S > R@1"),
     ],
 )
 def test_words_bind_as_the_formula_does(text, words):
