@@ -33,9 +33,9 @@ def _underlying(feature: Feature) -> Floats:
             return _values(Draw(site))[:, 0]
         case HalfSpace(sites, weights, _, logarithmic):
             total = _values(Sum.of(sites, weights, logarithmic))[:, 0]
-            return np.exp(total) if logarithmic else total
+            return np.asarray(np.exp(total), dtype=np.float64) if logarithmic else total
         case Sum(terms, True):
-            return np.exp(_values(Sum(terms, True))[:, 0])
+            return np.asarray(np.exp(_values(Sum(terms, True))[:, 0]), dtype=np.float64)
         case Present(inner):
             return _values(inner)[:, 0]
         case _:
@@ -56,7 +56,7 @@ def found() -> Candidates:
 
 
 def _liked(pattern: str) -> Floats:
-    return 100.0 * (_values(parse(pattern))[:, 0] > 0.0)
+    return np.where(_values(parse(pattern))[:, 0] > 0.0, 100.0, 0.0)
 
 
 def test_equal_choices(found: Candidates):

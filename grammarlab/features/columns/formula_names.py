@@ -3,7 +3,7 @@
 >>> from grammarlab.features.expression import Expression
 >>> first, second = ("which({Lot > Tower@0:0}, {Lot > Tower@0:1})", "which({Lot > Tower@1:0}, {Lot > Tower@1:1})")
 >>> formula_words(Expression.parse(f"equal({first}, {second})").formula, {})
-'Lot > Tower@0 and Lot > Tower@1 alike'
+'Lot › Tower and Lot › Tower@1 alike'
 >>> formula_words(Expression.parse("({Floor} * $storey + $plinth) / $front").formula, {Pattern("Floor"): "floors"})
 '(floors · storey + plinth) over front'
 >>> alike, both = "({*[A:0 + A:0]} + {*[A:1 + A:1]})", "{*[A:* + A:*]}"
@@ -13,13 +13,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
-from grammarlab.features.columns.column_names import equality
 from grammarlab.features.patterns.pattern import (
     Apply,
+    Below,
     ConstantTerm,
     Draw,
     Feature,
@@ -27,13 +28,15 @@ from grammarlab.features.patterns.pattern import (
     Measure,
     Pattern,
     Step,
-    Total,
 )
 
 _MAX_LISTED = 4
 """Largest number of elements of a sequence that are all named."""
 _ZERO = ConstantTerm(0.0)
 _ADJACENT = "adjacent"
+_IN_PARENTHESES = re.compile(r" \([^()]*\)")
+_Edge: TypeAlias = tuple[str | None, int | None, str | None]
+"""Symbol of a node, index of one of its successors, and the symbol of this successor."""
 _SIGNS: Mapping[str, str] = {
     "+": " + ",
     "-": " − ",
@@ -79,7 +82,7 @@ def formula_words(formula: Formula, names: Mapping[Feature, str]) -> str:
         formula: the formula.
         names: words for features; others have their texts.
     """
-    writer = _Writer(formula.steps, names)
+    writer = _Writer(formula.steps, names, _successors(names))
     words: list[_Words] = []
     for step in formula.steps:
         words.append(writer.words(step, words))
@@ -90,6 +93,8 @@ def formula_words(formula: Formula, names: Mapping[Feature, str]) -> str:
 class _Writer:
     steps: Sequence[Step]
     names: Mapping[Feature, str]
+    successors: Mapping[_Edge, str]
+    """Names of successors below symbols."""
 
     def words(self, step: Step, earlier: Sequence[_Words]) -> _Words:
         """Words for a step, from those of the steps before it."""
@@ -159,14 +164,34 @@ class _Writer:
     def _alike(self, step: Step) -> str:
         """What a sum of patterns says that counts pairs of choices that are made alike; empty for anything else."""
         patterns = self._added(step)
-        pairs = [Total(((pattern, 1), (pattern, 1))) for pattern in patterns if len(patterns) > 1]
-        first, *others = dict.fromkeys(map(equality, pairs)) or ("",)
+        first, *others = dict.fromkeys(map(self._pair, patterns if len(patterns) > 1 else [])) or ("",)
         return f"{first} or {len(others)} others" if first and others else first
 
+    def _pair(self, pattern: Pattern) -> str:
+        """A pair of choices; empty for a pattern of anything else."""
+        match pattern.below:
+            case (Below(run=(_,)) as first, Below(run=(_,)) as second):
+                places = [self._location(replace(pattern, below=(below,))) for below in (first, second)]
+                return f"same choice at {places[0]} and {places[1]}"
+            case (Below(run=(first, *_, last)),) if first.symbol == last.symbol:
+                place = self._location(first)
+                inner = f" at {place.removeprefix(f'{first.symbol} › ')}" if first.below else ""
+                return f"{_ADJACENT} {first.symbol or 'parts'} with the same choice{inner}"
+            case _:
+                return ""
+
     def _location(self, pattern: Pattern) -> str:
-        """The place of a choice, as a table names it."""
-        place, arrow, _ = self.names.get(pattern, "").rpartition(" → ")
-        return place if arrow else str(_without_branch(pattern))
+        """The place of the lowest node of a pattern, as a table names it."""
+        place, above = pattern.symbol or "", pattern
+        while above.below:
+            below = above.below[-1]
+            node = below.run[-1]
+            if node.symbol:
+                bare = f"{node.symbol}@{below.child}" if below.child else node.symbol
+                name = self.successors.get((above.symbol, below.child, node.symbol), bare)
+                place += f"{' › ' if place else ''}{name}"
+            above = node
+        return place or "*"
 
     def _added(self, step: Step) -> list[Pattern]:
         """Patterns that a step adds up; empty if it does anything else."""
@@ -205,13 +230,20 @@ def _joined(operation: str, first: _Words, second: _Words) -> str:
     return f"{inside(first, False)}{_SIGNS[operation]}{inside(second, True)}"
 
 
-def _without_branch(pattern: Pattern) -> Pattern:
-    """A pattern without the branch of its lowest node."""
-    if not pattern.below:
-        return replace(pattern, branch=None)
-    *others, last = pattern.below
-    run = (*last.run[:-1], _without_branch(last.run[-1]))
-    return replace(pattern, below=(*others, replace(last, run=run)))
+def _successors(names: Mapping[Feature, str]) -> dict[_Edge, str]:
+    """Names of successors below symbols, from the names of paths: ``Lot (Pair) › Tower 2 → Brick``."""
+    successors: dict[_Edge, str] = {}
+    for feature, name in names.items():
+        parts = _IN_PARENTHESES.sub("", name.partition(" → ")[0]).split(" › ")
+        above = feature if isinstance(feature, Pattern) else Pattern()
+        for part in parts[1:]:
+            if len(above.below) != 1:
+                break
+            below = above.below[0]
+            edge = above.symbol, below.child, below.run[0].symbol
+            successors[edge] = max(successors.get(edge, ""), part, key=len)  # with its number, if any rule has several
+            above = below.run[0]
+    return successors
 
 
 def _with_any(pattern: Pattern) -> Pattern:

@@ -39,7 +39,7 @@ FAR, THREE = "({*[A:0 + A:* + A:0]} + {*[A:1 + A:* + A:1]})", "{*[A:* + A:* + A:
         (f"{BOTH} - {ALIKE}", "exceptions to adjacent A with the same choice"),
         (f"{BOTH} > 0 and {ALIKE} == 0", "no adjacent A with the same choice"),
         (f"{BOTH} > 0 and {ALIKE} == 0 and {FAR} == {THREE}", "adjacent A with the same choice by turns"),
-        ("{S[L@0:0, R@1:0]} + {S[L@0:1, R@1:1]}", "same choice at S > L@0 and S > R@1"),
+        ("{S[L@0:0, R@1:0]} + {S[L@0:1, R@1:1]}", "same choice at S › L and S › R@1"),
     ],
 )
 def test_words_bind_as_the_formula_does(text, words):
