@@ -25,7 +25,17 @@ from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns import pattern_text
 from grammarlab.features.patterns.operations import FUNCTIONS, apply, evaluate, takes
-from grammarlab.features.patterns.pattern import Apply, Atom, ConstantTerm, Draw, Formula, Measure, Step, Threshold
+from grammarlab.features.patterns.pattern import (
+    Apply,
+    Atom,
+    ConstantTerm,
+    Draw,
+    Formula,
+    Measure,
+    Step,
+    Threshold,
+    step_text,
+)
 
 MAX_CHARACTERS = 20_000
 """Largest number of characters of an expression."""
@@ -112,6 +122,28 @@ class Expression:
             raise UsageError(f"expected {len(self.features)} columns, one per feature, found shape {values.shape}")
         columns = {feature: values[:, i].astype(np.float64) for i, feature in enumerate(self.features)}
         return evaluate(self.steps, columns, len(values))
+
+
+def plain_text(expression: Expression) -> str:
+    """A text of an expression in which the parts stand instead of their names.
+
+    Raises:
+        UsageError: If it is longer than an expression may be.
+
+    >>> high = Expression.parse("$height > 3")
+    >>> plain_text(Expression.parse("100 * high", {"high": high}))
+    '(100 * (not ($height < 3.0000000000000004)))'
+    """
+    texts: list[str] = []
+    for step in expression.steps:
+        text = step_text(step, expression.steps, texts)
+        if len(text) > MAX_CHARACTERS:
+            raise UsageError(
+                f"the expression has more than {MAX_CHARACTERS:,} characters with the definitions that it uses written "
+                "out; use simpler ones"
+            )
+        texts.append(text)
+    return texts[-1]
 
 
 RESERVED = frozenset({*FUNCTIONS, "and", "or", "not"})

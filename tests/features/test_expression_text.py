@@ -9,8 +9,7 @@ import pytest
 
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario import load
-from grammarlab.features.expression import Expression
-from grammarlab.features.expression_text import plain_text
+from grammarlab.features.expression import Expression, plain_text
 
 PATHS = sorted((Path(__file__).parents[2] / "scenarios").rglob("*.toml"))
 SCENARIOS = [path for path in PATHS if "grammar = " in path.read_text()]

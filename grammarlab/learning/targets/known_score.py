@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from grammarlab.errors import UsageError
-from grammarlab.features.expression_text import plain_text
+from grammarlab.features.expression import plain_text
 from grammarlab.features.model_score import Score
 from grammarlab.learning.designs.species_space import SpeciesSpace
 from grammarlab.learning.designs.tree_columns import TreeBatch
