@@ -13,15 +13,13 @@ from grammarlab.city.lot_edges import LotEdges
 from grammarlab.city.lot_fronts import edge_setbacks, first_edges, sides_of_edges
 from grammarlab.city.moved_edges import moved_inwards
 from grammarlab.city.outline_overlay import overlaid
+from grammarlab.city.packed_outlines import Outlines
 from grammarlab.city.parcel_reasons import NARROW, SMALL
-from grammarlab.city.parcels import Outlines
 from grammarlab.city.plan import LotRules
 from grammarlab.geometry.meshes.triangulate import keyhole
 
 LARGE = "large"
 """Reason of lots whose footprint has too much area."""
-_LOTS_AT_ONCE = 8192
-"""Lots whose outlines are in memory at once."""
 _LEAST_HOLE = 1.0
 """Square metres; smaller holes are filled, as no building has such a court."""
 _CLEANED = 0.02
@@ -74,22 +72,6 @@ def building_footprints(edges: LotEdges, widths: Floats, request: FootprintReque
         widths: widths of the streets along them in metres, 0 for none.
         request: what is built on the lots.
     """
-    parts: list[BuildingFootprints] = []
-    for start in range(0, len(edges), _LOTS_AT_ONCE):
-        lots = np.arange(start, min(start + _LOTS_AT_ONCE, len(edges)))
-        block, corners = edges.take(lots)
-        part = _footprints_of_block(block, widths[corners], request.take(lots))
-        parts.append(replace(part, lot=part.lot + start))
-    return BuildingFootprints(
-        reason=np.concatenate([np.zeros(0, object), *(part.reason for part in parts)]),
-        lot=np.concatenate([np.zeros(0, np.int64), *(part.lot for part in parts)]),
-        edges=LotEdges.concatenate([part.edges for part in parts]),
-        street_width=np.concatenate([np.zeros(0), *(part.street_width for part in parts)]),
-    )
-
-
-def _footprints_of_block(edges: LotEdges, widths: Floats, request: FootprintRequest) -> BuildingFootprints:
-    """Footprints on a few lots; see `building_footprints`."""
     order = edges.starting_at(first_edges(edges, widths))
     edges, widths = edges.reordered(order), widths[order]
     distances = edge_setbacks(edges, sides_of_edges(edges, widths), request.setbacks)

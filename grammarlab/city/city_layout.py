@@ -23,7 +23,8 @@ from grammarlab.arrays import Flags, Ints, offsets_from_counts
 from grammarlab.city.city_blocks import BlockOutlines, block_outlines, ring_of, street_edges
 from grammarlab.city.direction_field import Directions, directions_on
 from grammarlab.city.layout_request import LayoutRequest, ParcelSizes
-from grammarlab.city.parcels import Outlines, Parcels
+from grammarlab.city.packed_outlines import Outlines, PackedOutlines
+from grammarlab.city.parcels import Parcels
 from grammarlab.city.plot_cuts import Plots, smallest_boxes
 from grammarlab.city.shared_corners import with_shared_corners
 from grammarlab.city.street_chords import DECIMALS
@@ -208,7 +209,7 @@ def _with_parcels(
     parcels = Parcels(
         frame=request.frame,
         id=np.array(names, dtype=object)[order],
-        outline=outline[: len(names)][order],
+        outlines=PackedOutlines.of(outline[: len(names)][order]),
         elevation=np.full(len(names), np.nan),
         attributes=pa.table(attributes),
         reason=np.full(len(names), "", dtype=object),

@@ -13,6 +13,7 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
+from grammarlab.city.packed_outlines import PackedOutlines
 from grammarlab.city.parcels import Parcels
 from grammarlab.errors import UsageError, shown
 from grammarlab.geometry.footprints.frame import Frame
@@ -107,10 +108,10 @@ def parcel_fields(
     fields = ParcelFields(
         frame=parcels.frame,
         id=parcels.id,
-        east_north=shapely.get_coordinates(shapely.point_on_surface(parcels.outline)).reshape(-1, 2),
+        east_north=points_inside(parcels.outlines),
         name=("area", "aspect"),
         unit=("m²", ""),
-        values=np.column_stack([parcels.area, _aspect(parcels.outline)]),
+        values=np.column_stack([parcels.area, _aspects(parcels.outlines)]),
     )
     if frontage is not None:
         fields = fields.with_field("frontage", "m", frontage)
@@ -154,8 +155,18 @@ def _is_numeric(kind: pa.DataType) -> bool:
     return pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)
 
 
-def _aspect(outlines: NDArray[np.object_]) -> Floats:
+def points_inside(outlines: PackedOutlines) -> Floats:
+    """[N, 2] a point inside each outline."""
+    points = [shapely.get_coordinates(shapely.point_on_surface(outline)) for _, outline in outlines.blocks()]
+    return np.concatenate([np.zeros((0, 2)), *points])
+
+
+def _aspects(outlines: PackedOutlines) -> Floats:
     """[N] long by short side of the smallest box around each outline, >= 1."""
+    return np.concatenate([np.zeros(0), *(_aspect(outline) for _, outline in outlines.blocks())])
+
+
+def _aspect(outlines: NDArray[np.object_]) -> Floats:
     corners = shapely.get_coordinates(shapely.get_exterior_ring(shapely.oriented_envelope(outlines))).reshape(-1, 5, 2)
     one, other = (np.hypot(*(corners[:, index + 1] - corners[:, index]).T) for index in (0, 1))
     return np.maximum(one, other) / np.maximum(np.minimum(one, other), _MIN_SIDE)

@@ -16,7 +16,7 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, Ints, connected, offsets_from_counts, row_of_value, take_rows
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 
 SIMPLIFIED = 0.1
 """Largest distance in metres between an outline and its simplified one."""

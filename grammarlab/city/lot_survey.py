@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city.lot_edges import LotEdges, simplified
 from grammarlab.city.mapped_street_widths import with_mapped_widths
+from grammarlab.city.packed_outlines import row_blocks
 from grammarlab.city.parcel_reasons import NARROW, SMALL, STREET
 from grammarlab.city.parcels import Parcels
 from grammarlab.city.plan import Plan
@@ -39,18 +40,27 @@ class LotSurvey:
     def __len__(self) -> int:
         return len(self.parcel)
 
-    @cached_property
+    @property
     def frontage(self) -> Floats:
         """[S] metres along streets."""
-        length = np.where(self.street_width > 0.0, self.edges.length, 0.0)
-        return np.bincount(self.edges.outline, length, minlength=len(self)).astype(np.float64)
+        return self._fronts[0]
 
-    @cached_property
+    @property
     def widest_street(self) -> Floats:
         """[S] width of the widest street in metres, 0 for none."""
-        widest = np.zeros(len(self))
-        np.maximum.at(widest, self.edges.outline, self.street_width)
-        return widest
+        return self._fronts[1]
+
+    @cached_property
+    def _fronts(self) -> tuple[Floats, Floats]:
+        """`frontage` and `widest_street`, of a few lots at a time, as edges have many columns."""
+        frontage, widest = np.zeros(len(self)), np.zeros(len(self))
+        for lots in row_blocks(len(self)):
+            edges, corners = self.edges.take(lots)
+            widths = self.street_width[corners]
+            length = np.where(widths > 0.0, edges.length, 0.0)
+            frontage[lots] = np.bincount(edges.outline, length, minlength=len(lots))
+            np.maximum.at(widest, lots[edges.outline], widths)
+        return frontage, widest
 
 
 def surveyed_lots(plan: Plan, parcels: Parcels, streets: StreetLines | None) -> LotSurvey:
@@ -67,11 +77,12 @@ def surveyed_lots(plan: Plan, parcels: Parcels, streets: StreetLines | None) -> 
     fields = PlanFields(parcels.attributes, {"area": parcels.area})
     reason = parcels.reason if not plan.street_plots else _with_streets(plan, parcels, fields)
     parcel = np.flatnonzero(reason == "")
-    edges = LotEdges.of(simplified(parcels.outline[parcel]))
-    widths = street_widths(edges, parcels.outline, parcel, streets, ~np.isin(reason, _SOLID))
+    lots = parcels.outlines.take(parcel)
+    edges = LotEdges.concatenate([LotEdges.of(simplified(outline)) for _, outline in lots.blocks()])
+    widths = street_widths(edges, parcels.outlines, parcel, streets, ~np.isin(reason, _SOLID))
     if plan.street_width is not None:
         try:
-            widths = with_mapped_widths(edges, widths, parcels.outline, parcel, fields, plan.street_width)
+            widths = with_mapped_widths(edges, widths, lots, parcel, fields, plan.street_width)
         except UsageError as error:
             raise UsageError(f"{plan.path}: street_width: {error}") from error
     return LotSurvey(reason=reason, parcel=parcel, edges=edges, street_width=widths)

@@ -48,8 +48,9 @@ def read_shapes(path: Path, frame: Frame) -> MapShapes:
     """
     file, name = split_layer(str(path)) or (path, None)
     layer = read_layer(file, name)
-    rows = np.flatnonzero(~shapely.is_missing(layer.geometry) & ~shapely.is_empty(layer.geometry))
-    geometry = shapely.force_2d(layer.geometry[rows])
+    shapes = layer.geometry
+    rows = np.flatnonzero(~shapely.is_missing(shapes) & ~shapely.is_empty(shapes))
+    geometry = shapely.force_2d(shapes[rows])
     crs = layer.crs or (layer.default_crs if frame.has_place and _may_be_degrees(geometry) else UNPLACED)
     if (crs == UNPLACED) == frame.has_place:
         known, unknown = ("parcels", "it") if frame.has_place else ("it", "parcels")

@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 
 SMALLEST = 0.01
 """Smallest area in square metres of a part."""

@@ -13,7 +13,7 @@ import shapely
 
 from grammarlab.arrays import Floats, Ints, offsets_from_counts, row_of_value, take_rows
 from grammarlab.city.lot_edges import LotEdges
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines, PackedOutlines
 from grammarlab.city.plan_fields import PlanFields
 
 _MOST_EDGES = 500
@@ -22,7 +22,7 @@ _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
 def with_mapped_widths(
-    edges: LotEdges, widths: Floats, outlines: Outlines, parcel: Ints, fields: PlanFields, name: str
+    edges: LotEdges, widths: Floats, lots: PackedOutlines, parcel: Ints, fields: PlanFields, name: str
 ) -> Floats:
     """[P] widths of streets, with those of a column where it has any.
 
@@ -31,7 +31,7 @@ def with_mapped_widths(
     Args:
         edges: edges of S lots, P in all.
         widths: [P] widths that are known otherwise.
-        outlines: [N] outlines of all parcels, as the map draws them.
+        lots: [S] outlines of the parcels of the lots, as the map draws them.
         parcel: [S] the parcel of each lot.
         fields: fields of all parcels.
         name: name of the field with the widths.
@@ -45,12 +45,12 @@ def with_mapped_widths(
     lists = [_numbers(str(column[row])) for row in parcel.tolist()]
     single = np.array([numbers[0] if len(numbers) == 1 else np.nan for numbers in lists], np.float64)
     widths = _one_each(single[edges.outline], widths)
-    rings = np.asarray(shapely.get_exterior_ring(outlines[parcel]), dtype=object)
-    counts = shapely.get_num_coordinates(rings) - 1
+    counts = np.diff(lots.ring_offsets)[lots.offsets[:-1]] - 1
     is_list = (counts == np.array([len(numbers) for numbers in lists], np.int64)) & (counts <= _MOST_EDGES)
     lot = np.flatnonzero(is_list)
     known = np.array([number for row in lot.tolist() for number in lists[row]], np.float64)
-    return _by_edge(edges, widths, lot, rings[lot], known)
+    rings = np.asarray(shapely.get_exterior_ring(lots[lot]), dtype=object)
+    return _by_edge(edges, widths, lot, rings, known)
 
 
 def _one_each(known: Floats, widths: Floats) -> Floats:

@@ -16,7 +16,7 @@ import shapely
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.city.lot_edges import LotEdges
 from grammarlab.city.outline_overlay import merged, overlaid
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 
 _MITRE_LIMIT = 3.0
 """Largest length of a mitre, as a multiple of the larger distance: at a sharp reflex corner it is cut off."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 
 _GRID = 1e-3
 """Metres to which the corners of an outline are rounded where an overlay fails."""

@@ -6,8 +6,8 @@ A bad outline never stops a file. Neither the order of the rows nor the format o
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city import parcel_reasons
+from grammarlab.city.packed_outlines import PackedOutlines
 from grammarlab.city.parcel_ids import identities, part_ids
-from grammarlab.city.parcel_outlines import Pieces, canonical_outlines, pieces_of, unbuildable
+from grammarlab.city.parcel_outlines import Pieces, pieces_of
 from grammarlab.city.parcel_overlaps import disjoint
-from grammarlab.city.parcels import Outlines, Parcels
+from grammarlab.city.parcel_shapes import unbuildable
+from grammarlab.city.parcels import Parcels
 from grammarlab.errors import AssetError
 from grammarlab.geometry.footprints.coordinates import UNPLACED, MetricSystem, check_sizes, metric_system, transformed
 from grammarlab.geometry.footprints.crs import label
@@ -32,8 +34,6 @@ from grammarlab.geometry.footprints.map_layer import MapLayer
 ID = "id"
 """Name of the attribute of maps that have no attributes."""
 _AREAS = [shapely.GeometryType[kind].value for kind in ("POLYGON", "MULTIPOLYGON", "GEOMETRYCOLLECTION")]
-_ROWS = 65_536
-"""Outlines that are changed at a time, so that there are few copies of a large map."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,21 +81,19 @@ def _parcels(layer: MapLayer, crs: str | None, id_field: str | None, frame: Fram
         system, pieces = _pieces(layer, crs, frame)
         attributes, remarks = layer.attributes, [*layer.remarks, *_remarks(layer, crs, system, pieces)]
         del layer
-        keys = canonical_outlines(pieces, int(pieces.feature.max()) + 1)
-        ids = identities(attributes, keys, id_field, name)
+        ids = identities(attributes, pieces.key, id_field, name)
         order, names = _order(pieces, ids.id)
-        reason, outline = _reasons(pieces, ids.id, keys, order)
+        reason, outlines = _reasons(pieces, ids.id, order)
     except AssetError as error:
         raise AssetError(f"{name}: {str(error).removeprefix(f'{name}: ').rstrip('.')}.") from error
     if frame is None:
-        middles = shapely.get_coordinates(shapely.centroid(pieces.outline[pieces.usable]))
-        frame = Frame.around(system.target, middles)
+        frame = Frame.around(system.target, _middles(pieces))
     if not attributes.num_columns:
         attributes = pa.table({ID: ids.id.tolist()})
     parcels = Parcels(
         frame=frame,
         id=names,
-        outline=_in_frame(outline, frame),
+        outlines=_in_frame(outlines, frame),
         elevation=pieces.elevation[order],
         attributes=attributes.take(pieces.feature[order]).combine_chunks(),
         reason=reason,
@@ -111,27 +109,33 @@ def _pieces(layer: MapLayer, crs: str | None, frame: Frame | None) -> tuple[Metr
     """
     centres = _centres(layer)
     system = metric_system(_definition(layer, crs, centres), centres)
-    pieces = pieces_of(layer.geometry, _projection(system, frame), system.height_unit)
+    pieces = pieces_of(layer.blocks(), _projection(system, frame), system.height_unit)
     if not pieces.usable.any():
         counts = Counter(pieces.reason)
         raise AssetError(f"no outline can be used: {', '.join(f'{n:,} {reason}' for reason, n in counts.items())}")
-    check_sizes(shapely.area(pieces.outline[pieces.usable]), system.source)
+    check_sizes(pieces.outlines.area[pieces.usable], system.source)
     return system, pieces
 
 
-def _in_frame(outline: Outlines, frame: Frame) -> Outlines:
+def _middles(pieces: Pieces) -> Floats:
+    """[n, 2] centroids of the usable outlines."""
+    centroids = [shapely.get_coordinates(shapely.centroid(outline)) for _, outline in _usable(pieces).blocks()]
+    return np.concatenate([np.zeros((0, 2)), *centroids])
+
+
+def _usable(pieces: Pieces) -> PackedOutlines:
+    return pieces.outlines.take(np.flatnonzero(pieces.usable))
+
+
+def _in_frame(outlines: PackedOutlines, frame: Frame) -> PackedOutlines:
     """[P] outlines from the origin of a frame, drawn in one way: counter-clockwise from the lowest leftmost corner.
 
     Shapefiles turn rings around, and the same outline should be the same building however it was drawn. The origin
     comes off last, and exactly: all that was computed before does not depend on it.
     """
-    origin = np.array(frame.origin)
-    result = np.empty(len(outline), dtype=object)
-    for start in range(0, len(outline), _ROWS):
-        rows = slice(start, start + _ROWS)
-        drawn = shapely.reverse(shapely.normalize(outline[rows]))
-        result[rows] = shapely.transform(drawn, lambda points: points - origin)
-    return result
+    drawn = [PackedOutlines.of(shapely.reverse(shapely.normalize(outline))) for _, outline in outlines.blocks()]
+    packed = PackedOutlines.concatenate(drawn)
+    return replace(packed, points=packed.points - np.array(frame.origin))
 
 
 def _centres(layer: MapLayer) -> Floats:
@@ -140,7 +144,8 @@ def _centres(layer: MapLayer) -> Floats:
     Raises:
         AssetError: If there is none.
     """
-    bounds = shapely.bounds(layer.geometry[np.isin(shapely.get_type_id(layer.geometry), _AREAS)])
+    areas = (block[np.isin(shapely.get_type_id(block), _AREAS)] for block in layer.blocks())
+    bounds = np.concatenate([np.zeros((0, 4)), *(shapely.bounds(block) for block in areas)])
     centres = (bounds[:, :2] + bounds[:, 2:]) / 2
     centres = centres[np.isfinite(centres).all(axis=1)]
     if len(centres) == 0:
@@ -189,21 +194,21 @@ def _order(pieces: Pieces, ids: NDArray[np.object_]) -> tuple[Ints, NDArray[np.o
     return order, names[order]
 
 
-def _reasons(
-    pieces: Pieces, ids: NDArray[np.object_], keys: list[bytes], order: Ints
-) -> tuple[NDArray[np.object_], Outlines]:
+def _reasons(pieces: Pieces, ids: NDArray[np.object_], order: Ints) -> tuple[NDArray[np.object_], PackedOutlines]:
     """Reasons and outlines of pieces in the order of their ids."""
-    reason, outline = pieces.reason[order], pieces.outline[order]
-    is_copy = _is_copy(ids, keys)[pieces.feature[order]]
+    reason, outlines = pieces.reason[order], pieces.outlines.take(order)
+    is_copy = _is_copy(ids, pieces.key)[pieces.feature[order]]
     reason[is_copy & (reason == "")] = parcel_reasons.DUPLICATE
     rows = np.flatnonzero(reason == "")
-    separate = disjoint(outline[rows])
-    outline[rows] = separate.outline
-    reason[rows] = np.where(separate.is_covered, parcel_reasons.OVERLAP, unbuildable(separate.outline))
-    return reason, outline
+    separate = disjoint(outlines, rows)
+    shapes = np.concatenate(
+        [np.zeros(0, object), *(unbuildable(outline) for _, outline in separate.outlines.take(rows).blocks())]
+    )
+    reason[rows] = np.where(separate.is_covered[rows], parcel_reasons.OVERLAP, shapes)
+    return reason, separate.outlines
 
 
-def _is_copy(ids: NDArray[np.object_], keys: list[bytes]) -> NDArray[np.bool_]:
+def _is_copy(ids: NDArray[np.object_], keys: Sequence[bytes]) -> NDArray[np.bool_]:
     """[N] whether a feature with a smaller id has the same outlines."""
     is_copy = np.zeros(len(ids), dtype=np.bool_)
     seen: set[bytes] = set()

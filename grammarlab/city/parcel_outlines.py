@@ -2,47 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
+from itertools import groupby, pairwise
+from operator import itemgetter
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts
 from grammarlab.city import parcel_reasons
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.outline_heights import heights_of
+from grammarlab.city.outline_repair import valid_parts
+from grammarlab.city.packed_outlines import Outlines, PackedOutlines
 from grammarlab.errors import AssetError
 
-MAX_AREA_CHANGE = 0.05
-"""Largest change of the area of an outline by a repair, as a share."""
-_MIN_PIECE = 0.01
-"""Share of the area of a repaired outline below which a piece is left out."""
 _MAX_CORNERS = 10_000
 """Most corners of an outline."""
-_MAX_CROSSINGS = 500_000
-"""Most pairs of edges of an outline that is repaired whose boxes meet: each may be a crossing."""
-_SAMPLE = 100
-"""Edges whose neighbours are counted to estimate all such pairs."""
 _MAX_TOTAL_CORNERS = 100_000_000
 _MAX_DISTANCE = 1e6
 """Metres from the middle of a map beyond which an outline is a mistake."""
-_MAX_TILT = np.cos(np.radians(30.0))
-"""Smallest vertical part of the normal of an outline."""
-_HEIGHTS = (-500.0, 9_000.0)
-"""Metres between which land lies."""
-_ROWS = 65_536
-"""Outlines that are compared at a time, so that there are few copies of a large map."""
 _DECIMALS = 3
 """Of metres, to which outlines are compared."""
 _SLIVER = 1.0
 """Square metres below which a part is left out if another one is larger: rounding makes some, and the numbers of the
 parts should not depend on them."""
-_MIN_AREA, _MIN_SIDE = 30.0, 2.0
-"""Square metres and metres of the smallest parcel."""
-_STREET_AREA, _STREET_COMPACTNESS = 500.0, 0.1
-"""Square metres and 4πA/P² of parcels that are streets."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,12 +37,14 @@ class Pieces:
 
     feature: Ints
     """[P] row of the feature."""
-    outline: Outlines
+    outlines: PackedOutlines
     """[P] polygons in metres of a system on the earth; empty where there is none."""
     elevation: Floats
     """[P] mean height of the corners in metres, NaN if unknown."""
     reason: NDArray[np.object_]
     """[P] see `grammarlab.city.parcel_reasons`; empty for usable outlines."""
+    key: Sequence[bytes]
+    """[N] hashes of the outlines of features, to the millimetre, wherever their rings start and however they turn."""
     num_repaired: int = 0
     """Outlines that crossed themselves and are used."""
     num_slivers: int = 0
@@ -68,67 +56,112 @@ class Pieces:
         return self.reason == ""
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Block:
+    """The polygons of some consecutive features, in any order; columns as those of `Pieces`."""
+
+    feature: Ints
+    """[P] row of the feature in the block."""
+    outline: Outlines
+    elevation: Floats
+    reason: NDArray[np.object_]
+    num_repaired: int = 0
+    num_slivers: int = 0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Placed:
+    """All polygons of a map in metres."""
+
+    outlines: list[PackedOutlines]
+    """Those of each block."""
+    elevation: Floats
+    is_tilted: Flags
+    feature: list[Ints]
+    """Rows of the features of the polygons within each block."""
+    num_features: list[int]
+    """Numbers of the features of each block."""
+
+
 def polygons_of(geometry: NDArray[np.object_]) -> tuple[Outlines, Ints]:
-    """All polygons of geometries [N], also in collections, and the row of each.
+    """All polygons of geometries [N], also in collections, and the row of each."""
+    parts, row = shapely.get_parts(geometry, return_index=True)
+    parts, inner = shapely.get_parts(parts, return_index=True)
+    is_polygon = (shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)
+    return parts[is_polygon], row[inner][is_polygon]
+
+
+def pieces_of(
+    geometry: Iterable[NDArray[np.object_]], metres: Callable[[Floats], Floats], height_unit: float = 1.0
+) -> Pieces:
+    """The polygons of features in metres.
+
+    Args:
+        geometry: [N] geometries of a map in blocks, None where there are none.
+        metres: turns points [n, 2] of the map into metres.
+        height_unit: metres per unit of heights.
 
     Raises:
         AssetError: If they have too many corners; it does not name the file.
     """
-    parts, row = shapely.get_parts(geometry, return_index=True)
-    parts, inner = shapely.get_parts(parts, return_index=True)
-    is_polygon = (shapely.get_type_id(parts) == shapely.GeometryType.POLYGON) & ~shapely.is_empty(parts)
-    if shapely.get_num_coordinates(parts).sum() > _MAX_TOTAL_CORNERS:
-        raise AssetError(f"expected at most {_MAX_TOTAL_CORNERS:,} corners. Cut out a smaller area")
-    return parts[is_polygon], row[inner][is_polygon]
+    placed = _placed(geometry, metres, height_unit)
+    middle = _middle(placed.outlines)
+    blocks: list[_Block] = []
+    keys: list[bytes] = []
+    offsets = offsets_from_counts(np.array([len(rows) for rows in placed.feature], np.int64)).tolist()
+    for number, (start, end) in enumerate(pairwise(offsets)):
+        outline = placed.outlines[number][:]
+        reason = np.full(len(outline), "", dtype=object)
+        _set_reason(reason, ~_is_near(placed.outlines[number], middle), parcel_reasons.COORDINATES)
+        outline[reason != ""] = shapely.Polygon()
+        _set_reason(reason, shapely.get_num_coordinates(outline) > _MAX_CORNERS, parcel_reasons.CORNERS)
+        _set_reason(reason, placed.is_tilted[start:end], parcel_reasons.TILTED)
+        elevation = placed.elevation[start:end]
+        block = _Block(feature=placed.feature[number], outline=outline, elevation=elevation, reason=reason)
+        block = _in_order(_without_slivers(_repaired(_with_all_features(block, placed.num_features[number]))))
+        keys += _keys(block)
+        # What is finished takes the place of what it is made from.
+        placed.outlines[number] = PackedOutlines.of(block.outline)
+        blocks.append(replace(block, outline=np.zeros(0, object)))
+    return _joined(blocks, placed.outlines, keys, placed.num_features)
 
 
-def pieces_of(geometry: NDArray[np.object_], metres: Callable[[Floats], Floats], height_unit: float = 1.0) -> Pieces:
-    """The polygons of features in metres.
-
-    Args:
-        geometry: [N] geometries of a map, None where there are none.
-        metres: turns points [n, 2] of the map into metres.
-        height_unit: metres per unit of heights.
-    """
-    polygons, feature = polygons_of(geometry)
-    reason = np.full(len(polygons), "", dtype=object)
-    elevation, is_tilted, outline = _placed(polygons, metres, height_unit)
-    _set_reason(reason, ~_is_near(outline), parcel_reasons.COORDINATES)
-    outline[reason != ""] = shapely.Polygon()
-    _set_reason(reason, shapely.get_num_coordinates(outline) > _MAX_CORNERS, parcel_reasons.CORNERS)
-    _set_reason(reason, is_tilted, parcel_reasons.TILTED)
-    rest = np.setdiff1d(np.arange(len(geometry)), feature)
-    pieces = Pieces(
-        feature=np.concatenate([feature, rest]),
-        outline=np.concatenate([outline, np.full(len(rest), shapely.Polygon(), dtype=object)]),
-        elevation=np.concatenate([elevation, np.full(len(rest), np.nan)]),
-        reason=np.concatenate([reason, np.full(len(rest), parcel_reasons.GEOMETRY, dtype=object)]),
+def _joined(
+    blocks: Sequence[_Block], packed: Sequence[PackedOutlines], keys: list[bytes], num_features: Sequence[int]
+) -> Pieces:
+    starts = offsets_from_counts(np.array(num_features, np.int64)).tolist()
+    features = [block.feature + start for block, start in zip(blocks, starts, strict=False)]
+    return Pieces(
+        feature=np.concatenate([np.zeros(0, np.int64), *features]),
+        outlines=PackedOutlines.concatenate(packed),
+        elevation=np.concatenate([np.zeros(0), *(block.elevation for block in blocks)]),
+        reason=np.concatenate([np.zeros(0, object), *(block.reason for block in blocks)]),
+        key=keys,
+        num_repaired=sum(block.num_repaired for block in blocks),
+        num_slivers=sum(block.num_slivers for block in blocks),
     )
-    return _in_order(_without_slivers(_repaired(pieces)))
 
 
-def canonical_outlines(pieces: Pieces, num_features: int) -> list[bytes]:
-    """[N] hashes of the outlines of features, to the millimetre, wherever their rings start and however they turn."""
-    digests: list[list[bytes]] = [[] for _ in range(num_features)]
-    for start in range(0, len(pieces.outline), _ROWS):
-        rows = slice(start, start + _ROWS)
-        rounded = shapely.transform(pieces.outline[rows], lambda points: np.round(points, _DECIMALS) + 0.0)
-        texts = shapely.to_wkb(shapely.normalize(rounded))
-        for row, text in zip(pieces.feature[rows].tolist(), texts, strict=True):
-            digests[row].append(sha256(text).digest())
-    return [one[0] if len(one) == 1 else sha256(b"".join(sorted(one))).digest() for one in digests]
+def _with_all_features(block: _Block, num_features: int) -> _Block:
+    """The same, with an empty piece of each feature without polygons."""
+    rest = np.setdiff1d(np.arange(num_features), block.feature)
+    return _Block(
+        feature=np.concatenate([block.feature, rest]),
+        outline=np.concatenate([block.outline, np.full(len(rest), shapely.Polygon(), dtype=object)]),
+        elevation=np.concatenate([block.elevation, np.full(len(rest), np.nan)]),
+        reason=np.concatenate([block.reason, np.full(len(rest), parcel_reasons.GEOMETRY, dtype=object)]),
+    )
 
 
-def unbuildable(outline: Outlines) -> NDArray[np.object_]:
-    """[N] why nothing can be built inside valid outlines because of their shapes; empty for the others."""
-    reason = np.full(len(outline), "", dtype=object)
-    area = shapely.area(outline)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        compactness = 4 * np.pi * area / shapely.length(outline) ** 2
-    _set_reason(reason, (compactness < _STREET_COMPACTNESS) & (area > _STREET_AREA), parcel_reasons.STREET)
-    _set_reason(reason, area < _MIN_AREA, parcel_reasons.SMALL)
-    _set_reason(reason, _is_narrow(outline, area), parcel_reasons.NARROW)
-    return reason
+def _keys(block: _Block) -> list[bytes]:
+    """Keys of the features of a block whose pieces are in the order of their features."""
+    rounded = shapely.transform(block.outline, lambda points: np.round(points, _DECIMALS) + 0.0)
+    texts = shapely.to_wkb(shapely.normalize(rounded))
+    keys = []
+    for _, pieces in groupby(zip(block.feature.tolist(), texts, strict=True), key=itemgetter(0)):
+        digests = [sha256(text).digest() for _, text in pieces]
+        keys.append(digests[0] if len(digests) == 1 else sha256(b"".join(sorted(digests))).digest())
+    return keys
 
 
 def _set_reason(reason: NDArray[np.object_], rows: Flags, word: str) -> None:
@@ -136,89 +169,77 @@ def _set_reason(reason: NDArray[np.object_], rows: Flags, word: str) -> None:
     reason[rows & (reason == "")] = word
 
 
-def _is_narrow(outline: Outlines, area: Floats) -> Flags:
-    """[N] whether the smallest box around an outline has a side below `_MIN_SIDE`."""
-    bounds = shapely.bounds(outline)
-    diagonal = np.hypot(bounds[:, 2] - bounds[:, 0], bounds[:, 3] - bounds[:, 1])
-    # The box is no longer than the diagonal, so a larger area has a wider box.
-    rows = np.flatnonzero((area > 0) & (area < _MIN_SIDE * diagonal))
-    narrow = np.zeros(len(outline), dtype=np.bool_)
-    corners = [shapely.get_coordinates(box)[:3] for box in shapely.oriented_envelope(outline[rows])]
-    for row, corner in zip(rows, corners, strict=True):
-        sides = np.hypot(*np.diff(corner, axis=0).T) if len(corner) == 3 else np.zeros(1)
-        narrow[row] = sides.min() < _MIN_SIDE
-    return narrow
+def _placed(geometry: Iterable[NDArray[np.object_]], metres: Callable[[Floats], Floats], height_unit: float) -> _Placed:
+    """The polygons of blocks of geometries, in metres, with their heights and whether they are inclined."""
+    outlines, heights = list[PackedOutlines](), list[tuple[Floats, Flags]]()
+    features, num_features = list[Ints](), list[int]()
+    num_corners = 0
+    has_heights = False
+    for block in geometry:
+        polygons, feature = polygons_of(block)
+        num_corners += int(shapely.get_num_coordinates(block).sum())
+        if num_corners > _MAX_TOTAL_CORNERS:
+            raise AssetError(f"expected at most {_MAX_TOTAL_CORNERS:,} corners. Cut out a smaller area")
+        flat = shapely.transform(polygons, metres)
+        elevation, is_tilted, is_high = heights_of(polygons, flat, height_unit)
+        has_heights |= is_high
+        outlines.append(PackedOutlines.of(flat))
+        heights.append((elevation, is_tilted))
+        features.append(feature)
+        num_features.append(len(block))
+    elevation = np.concatenate([np.zeros(0), *(elevation for elevation, _ in heights)])
+    is_tilted = np.concatenate([np.zeros(0, np.bool_), *(is_tilted for _, is_tilted in heights)])
+    if not has_heights:  # a map without heights in a format that has them
+        elevation, is_tilted = np.full(len(elevation), np.nan), np.zeros(len(elevation), np.bool_)
+    return _Placed(
+        outlines=outlines,
+        elevation=elevation,
+        is_tilted=is_tilted,
+        feature=features,
+        num_features=num_features,
+    )
 
 
-def _placed(
-    polygons: Outlines, metres: Callable[[Floats], Floats], height_unit: float
-) -> tuple[Floats, Flags, Outlines]:
-    """Heights of polygons, whether they are inclined, and their outlines in metres."""
-    flat = shapely.transform(polygons, metres)
-    elevation, is_tilted = np.full(len(flat), np.nan), np.zeros(len(flat), dtype=np.bool_)
-    rows = np.flatnonzero(shapely.has_z(polygons))
-    if len(rows) == 0:
-        return elevation, is_tilted, flat
-    heights = shapely.get_coordinates(shapely.get_exterior_ring(polygons[rows]), include_z=True)[:, 2] * height_unit
-    points, ring = shapely.get_coordinates(shapely.get_exterior_ring(flat[rows]), return_index=True)
-    if not heights.any():  # a map without heights in a format that has them
-        return elevation, is_tilted, flat
-    with np.errstate(invalid="ignore", over="ignore"):
-        is_plausible = np.ones(len(rows), dtype=np.bool_)
-        np.logical_and.at(is_plausible, ring, (heights >= _HEIGHTS[0]) & (heights <= _HEIGHTS[1]))
-        normal = _normals(np.column_stack([points, heights]), ring, len(rows))
-        length = np.linalg.norm(normal, axis=1)
-        is_tilted[rows] = is_plausible & (np.abs(normal[:, 2]) < _MAX_TILT * length)
-        counts = np.bincount(ring, minlength=len(rows))
-        mean = np.bincount(ring, heights, minlength=len(rows)) / counts
-    elevation[rows[is_plausible]] = mean[is_plausible]
-    return elevation, is_tilted, flat
+def _middle(blocks: Sequence[PackedOutlines]) -> Floats:
+    """[2] median of all finite corners."""
+    middle = np.zeros(2)
+    is_finite = [np.isfinite(block.points).all(axis=1) for block in blocks]
+    if any(finite.any() for finite in is_finite):
+        for axis in range(2):
+            column = np.concatenate([b.points[finite, axis] for b, finite in zip(blocks, is_finite, strict=True)])
+            middle[axis] = np.median(column, overwrite_input=True)
+    return middle
 
 
-def _normals(points: Floats, ring: Ints, num_rings: int) -> Floats:
-    """[R, 3] normals of rings by Newell's method, twice as long as their areas."""
-    starts = np.searchsorted(ring, np.arange(num_rings))
-    local = points - points[starts][ring]
-    is_edge = ring[:-1] == ring[1:]
-    cross = np.cross(local[:-1], local[1:])[is_edge]
-    normals = np.zeros((num_rings, 3))
-    for axis in range(3):
-        normals[:, axis] = np.bincount(ring[:-1][is_edge], cross[:, axis], minlength=num_rings)
-    return normals
-
-
-def _is_near(outline: Outlines) -> Flags:
+def _is_near(outlines: PackedOutlines, middle: Floats) -> Flags:
     """[P] whether all corners of an outline are finite and near the middle of all outlines."""
-    points, row = shapely.get_coordinates(outline, return_index=True)
-    is_finite = np.isfinite(points).all(axis=1)
-    middle = np.median(points[is_finite], axis=0) if is_finite.any() else np.zeros(2)
     with np.errstate(invalid="ignore"):
-        is_corner_near = (np.abs(points - middle) <= _MAX_DISTANCE).all(axis=1)
-    near = np.ones(len(outline), dtype=np.bool_)
-    near[row[~is_corner_near]] = False
+        is_corner_near = (np.abs(outlines.points - middle) <= _MAX_DISTANCE).all(axis=1)
+    near = np.ones(len(outlines), dtype=np.bool_)
+    near[np.searchsorted(outlines.point_offsets, np.flatnonzero(~is_corner_near), side="right") - 1] = False
     return near
 
 
-def _repaired(pieces: Pieces) -> Pieces:
+def _repaired(block: _Block) -> _Block:
     """The same, with valid polygons instead of those that cross themselves."""
-    rows = np.flatnonzero((pieces.reason == "") & ~shapely.is_valid(pieces.outline))
+    rows = np.flatnonzero((block.reason == "") & ~shapely.is_valid(block.outline))
     if len(rows) == 0:
-        return pieces
-    reason, outline = pieces.reason.copy(), pieces.outline.copy()
-    feature, elevation = [pieces.feature], [pieces.elevation]
+        return block
+    reason, outline = block.reason.copy(), block.outline.copy()
+    feature, elevation = [block.feature], [block.elevation]
     outlines: list[Outlines] = [outline]
     num_more = 0
     for row in rows:
-        polygons = _valid(outline[row])
+        polygons = valid_parts(outline[row])
         outline[row] = polygons[0] if polygons else shapely.Polygon()
         if not polygons:
             reason[row] = parcel_reasons.INVALID
         elif len(polygons) > 1:
             num_more += len(polygons) - 1
             outlines.append(np.array(polygons[1:], dtype=object))
-            feature.append(np.repeat(pieces.feature[row], len(polygons) - 1))
-            elevation.append(np.repeat(pieces.elevation[row], len(polygons) - 1))
-    return Pieces(
+            feature.append(np.repeat(block.feature[row], len(polygons) - 1))
+            elevation.append(np.repeat(block.elevation[row], len(polygons) - 1))
+    return _Block(
         feature=np.concatenate(feature),
         outline=np.concatenate(outlines),
         elevation=np.concatenate(elevation),
@@ -227,73 +248,38 @@ def _repaired(pieces: Pieces) -> Pieces:
     )
 
 
-def _valid(polygon: shapely.Polygon) -> list[shapely.Polygon]:
-    """Valid polygons with the area of an invalid one; none if that changes the area."""
-    if _num_meeting(polygon) > _MAX_CROSSINGS:
-        return []
-    parts = shapely.get_parts(shapely.get_parts(shapely.make_valid(polygon)))  # polygons may be in two levels
-    polygons = [part for part in parts if isinstance(part, shapely.Polygon)]
-    area = sum(part.area for part in polygons)
-    drawn = _drawn_area(polygon)
-    if area == 0.0 or abs(area - drawn) > MAX_AREA_CHANGE * drawn:
-        return []
-    return [part for part in polygons if part.area >= _MIN_PIECE * area]
-
-
-def _num_meeting(polygon: shapely.Polygon) -> float:
-    """About the number of pairs of edges of a polygon whose boxes meet."""
-    points, ring = shapely.get_coordinates(shapely.get_rings(polygon), return_index=True)
-    is_edge = ring[:-1] == ring[1:]
-    lines = shapely.linestrings(np.stack([points[:-1][is_edge], points[1:][is_edge]], axis=1))
-    edges = np.asarray(lines, dtype=object)
-    sample = edges[:: max(len(edges) // _SAMPLE, 1)]
-    pairs = shapely.STRtree(edges).query(sample)
-    return pairs.shape[1] * len(edges) / (2 * max(len(sample), 1))
-
-
-def _drawn_area(polygon: shapely.Polygon) -> float:
-    """The area that the rings of a polygon go around, less what they go around in the other direction."""
-    outer, *holes = (_ring_area(shapely.get_coordinates(ring)) for ring in (polygon.exterior, *polygon.interiors))
-    return outer - sum(holes)
-
-
-def _ring_area(ring: Floats) -> float:
-    x, y = (ring - ring[0]).T
-    return abs(float(x[:-1] @ y[1:] - x[1:] @ y[:-1])) / 2
-
-
-def _without_slivers(pieces: Pieces) -> Pieces:
+def _without_slivers(block: _Block) -> _Block:
     """The same without parts that are too small, if their features have a larger one."""
-    is_large = (shapely.area(pieces.outline) >= _SLIVER) & (pieces.reason == "")
-    has_large = np.zeros(pieces.feature.max(initial=0) + 1, dtype=np.bool_)
-    has_large[pieces.feature[is_large]] = True
-    is_sliver = has_large[pieces.feature] & (shapely.area(pieces.outline) < _SLIVER)
+    is_large = (shapely.area(block.outline) >= _SLIVER) & (block.reason == "")
+    has_large = np.zeros(block.feature.max(initial=0) + 1, dtype=np.bool_)
+    has_large[block.feature[is_large]] = True
+    is_sliver = has_large[block.feature] & (shapely.area(block.outline) < _SLIVER)
     num_slivers = int(is_sliver.sum())
-    return replace(_taken(pieces, np.flatnonzero(~is_sliver)), num_slivers=num_slivers) if num_slivers else pieces
+    return replace(_taken(block, np.flatnonzero(~is_sliver)), num_slivers=num_slivers) if num_slivers else block
 
 
-def _taken(pieces: Pieces, rows: Ints) -> Pieces:
+def _taken(block: _Block, rows: Ints) -> _Block:
     """The pieces at some rows."""
     return replace(
-        pieces,
-        feature=pieces.feature[rows],
-        outline=pieces.outline[rows],
-        elevation=pieces.elevation[rows],
-        reason=pieces.reason[rows],
+        block,
+        feature=block.feature[rows],
+        outline=block.outline[rows],
+        elevation=block.elevation[rows],
+        reason=block.reason[rows],
     )
 
 
-def _in_order(pieces: Pieces) -> Pieces:
+def _in_order(block: _Block) -> _Block:
     """The same, the pieces of each feature in the order of their lower left corners."""
-    counts = np.bincount(pieces.feature)
-    order = np.argsort(pieces.feature, kind="stable")
+    counts = np.bincount(block.feature)
+    order = np.argsort(block.feature, kind="stable")
     if (counts > 1).any():
-        shared = np.flatnonzero(counts[pieces.feature] > 1)
+        shared = np.flatnonzero(counts[block.feature] > 1)
         texts = np.array(
-            [text.hex() for text in shapely.to_wkb(shapely.normalize(pieces.outline[shared]))], dtype=object
+            [text.hex() for text in shapely.to_wkb(shapely.normalize(block.outline[shared]))], dtype=object
         )
         ranks = np.zeros(len(order), dtype=np.int64)
         ranks[shared[np.argsort(texts, kind="stable")]] = np.arange(len(shared))
-        bounds = np.nan_to_num(shapely.bounds(pieces.outline), nan=np.inf)
-        order = np.lexsort((ranks, bounds[:, 1], bounds[:, 0], pieces.feature))
-    return _taken(pieces, order)
+        bounds = np.nan_to_num(shapely.bounds(block.outline), nan=np.inf)
+        order = np.lexsort((ranks, bounds[:, 1], bounds[:, 0], block.feature))
+    return _taken(block, order)

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
+from grammarlab.city.packed_outlines import Outlines, PackedOutlines
 from grammarlab.errors import UsageError
 from grammarlab.geometry.footprints.frame import Frame
 
 if TYPE_CHECKING:
     import pyarrow as pa
-
-Outlines: TypeAlias = NDArray[np.object_]
-"""[N] polygons of shapely, with their holes."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -27,7 +24,7 @@ class Parcels:
     frame: Frame
     id: NDArray[np.object_]
     """[N] different texts: canonical ids (`grammarlab.city.parcel_ids`); parts of one parcel end in ``#1``, ``#2``."""
-    outline: Outlines
+    outlines: PackedOutlines
     """[N] valid polygons, x to the east and y to the north of the frame's origin, in metres."""
     elevation: Floats
     """[N] height of a parcel of a 3D map in metres, NaN if unknown."""
@@ -37,7 +34,7 @@ class Parcels:
     """[N] why nothing can be built: ``overlap``, ``small``; empty for usable parcels."""
 
     def __post_init__(self) -> None:
-        columns = (self.outline, self.elevation, self.reason, *self.attributes.columns)
+        columns = (self.outlines, self.elevation, self.reason, *self.attributes.columns)
         if any(len(column) != len(self) for column in columns):
             raise UsageError("parcels: expected columns of equal length")
 
@@ -50,9 +47,14 @@ class Parcels:
         return self.reason == ""
 
     @property
+    def outline(self) -> Outlines:
+        """[N] polygons of shapely, made for this call: they take ten times the memory of `outlines`."""
+        return self.outlines[:]
+
+    @property
     def area(self) -> Floats:
         """[N] square metres."""
-        return shapely.area(self.outline)
+        return self.outlines.area
 
     def take(self, rows: NDArray[Any]) -> Parcels:
         """The parcels at these rows (indices or flags), in this order."""
@@ -60,7 +62,7 @@ class Parcels:
         return Parcels(
             frame=self.frame,
             id=self.id[indices],
-            outline=self.outline[indices],
+            outlines=self.outlines.take(indices),
             elevation=self.elevation[indices],
             attributes=self.attributes.take(indices),
             reason=self.reason[indices],

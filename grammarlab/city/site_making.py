@@ -7,15 +7,14 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
-from grammarlab.city.building_footprints import FootprintRequest, building_footprints, joined_rings
-from grammarlab.city.fields import parcel_fields
-from grammarlab.city.ground_heights import HeightField, ground_heights
-from grammarlab.city.lot_edges import LotEdges
-from grammarlab.city.lot_fronts import LOT, lot_kinds
+from grammarlab.arrays import Ints
+from grammarlab.city.building_footprints import FootprintRequest
+from grammarlab.city.fields import parcel_fields, points_inside
+from grammarlab.city.foundations import foundations
+from grammarlab.city.ground_heights import HeightField
+from grammarlab.city.lot_fronts import LOT
 from grammarlab.city.lot_survey import LotSurvey, surveyed_lots
 from grammarlab.city.parcel_addresses import Pins, addresses
 from grammarlab.city.parcels import Parcels
@@ -25,7 +24,6 @@ from grammarlab.city.site_attributes import site_attributes
 from grammarlab.city.sites import Sites
 from grammarlab.city.street_lines import StreetLines
 from grammarlab.city.zones import NO_ZONE, ZoneFields, ZoneSources, named_zones, zones_of
-from grammarlab.derivation.lots import Footprints
 from grammarlab.errors import UsageError
 
 if TYPE_CHECKING:
@@ -92,23 +90,20 @@ def sites_of(
     is_empty = np.select([address.is_excluded, zone == NO_ZONE], [EXCLUDED, ZONELESS], "").astype(object)
     reason[lots.parcel] = is_empty
     used = np.flatnonzero(is_empty == "")
-    edges, corners = lots.edges.take(used)
-    built = building_footprints(edges, lots.street_width[corners], _request(plan, zone[used], sources.parks))
+    built = foundations(parcels, lots, used, _request(plan, zone[used], sources.parks), terrain)
     reason[lots.parcel[used]] = built.reason
     row = used[built.lot]
-    ground = ground_heights(built.edges, parcels.elevation[lots.parcel[row]], terrain)
-    corner = _corners(parcels, lots.parcel[row], ground.base)
     sites = Sites(
         parcel=lots.parcel[row],
         zone=zone[row],
         seed=address.seed[row],
         model=address.model[row],
         reroll=address.reroll[row],
-        corner=corner,
-        plinth=ground.plinth,
-        footprints=_footprints(built.edges, built.street_width, corner),
-        attributes=site_attributes(plan, zone[row], fields.plan, row, ground),
-        start_rule=_start_rules(plan, zone[row], lot_kinds(built.edges, built.street_width), sources),
+        corner=built.corner,
+        plinth=built.ground.plinth,
+        footprints=built.footprints,
+        attributes=site_attributes(plan, zone[row], fields.plan, row, built.ground),
+        start_rule=_start_rules(plan, zone[row], built.kind, sources),
     )
     return sites, reason
 
@@ -127,7 +122,7 @@ def lot_fields(
     missing = [name for name, value in (rasters | near).items() if value is None]
     if missing:
         raise UsageError(f"{plan.path}: expected the file of the field {missing[0]}, found none")
-    inside = shapely.get_coordinates(shapely.point_on_surface(chosen.outline)).reshape(-1, 2)
+    inside = points_inside(chosen.outlines)
     if terrain is not None:
         chosen = replace(chosen, elevation=np.asarray(terrain.heights(inside), np.float64))
     needed = {feature.name for density in sources.zones.densities.values() for feature in density.features}
@@ -158,20 +153,6 @@ def _request(plan: Plan, zone: Ints, parks: Collection[str]) -> FootprintRequest
             setbacks[number] = chosen.front, chosen.side, chosen.back
     is_ring = np.array([rule == "ring" for rule in rules], np.bool_)
     return FootprintRequest(setbacks=setbacks[zone], is_ring=is_ring[zone], is_park=is_park[zone], rules=plan.lots)
-
-
-def _corners(parcels: Parcels, parcel: Ints, base: Floats) -> Floats:
-    """[S, 3] origins of footprints: the south-west corner of the box around the parcel, in whole metres."""
-    west_south = np.round(shapely.bounds(parcels.outline[parcel]).reshape(-1, 4)[:, :2])
-    return np.column_stack([west_south[:, 0], base, -west_south[:, 1]]) + 0.0
-
-
-def _footprints(edges: LotEdges, widths: Floats, corner: Floats) -> Footprints:
-    cycle, cycle_widths, offsets = joined_rings(edges, widths)
-    east, north = edges.points[cycle].T
-    origin = corner[edges.outline[cycle]]
-    points = np.column_stack([east - origin[:, 0], np.zeros(len(cycle)), -north - origin[:, 2]])
-    return Footprints(points, offsets, cycle_widths)
 
 
 def _start_rules(plan: Plan, zone: Ints, kind: NDArray[np.object_], sources: SiteSources) -> NDArray[np.object_]:

@@ -8,7 +8,6 @@ an edge.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,8 @@ import shapely
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.city.lot_edges import LotEdges
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.outline_boxes import BoxTree, around, neighbourhoods
+from grammarlab.city.packed_outlines import Outlines, PackedOutlines
 from grammarlab.city.street_lines import StreetLines
 
 REACH = 30.0
@@ -28,10 +28,6 @@ DEFAULT_WIDTH = 8.0
 _LEAST_COSINE = 0.5
 """Streets within 60 degrees of the outward normal of an edge are in front of it."""
 _MICROMETRE = 1e-6
-_BAND = 500.0
-"""Metres from south to north of a band of lots that are looked at from west to east."""
-_LOTS_AT_ONCE = 8192
-"""Lots whose neighbours are in memory at once: some 200 MB for maps with many corners."""
 _LEAST_OPEN = 0.5
 """Smallest share of the length of an edge on a street that is not along other parcels."""
 
@@ -47,7 +43,7 @@ class OpenParts:
 
 
 def street_widths(
-    edges: LotEdges, parcels: Outlines, rows: Ints, streets: StreetLines | None, is_street_plot: Flags
+    edges: LotEdges, parcels: PackedOutlines, rows: Ints, streets: StreetLines | None, is_street_plot: Flags
 ) -> Floats:
     """[P] width in metres of the street along each edge; 0 for edges without a street and those of holes.
 
@@ -60,7 +56,7 @@ def street_widths(
     """
     ground = _Ground.of(parcels, np.flatnonzero(~is_street_plot), streets)
     widths = np.zeros(len(edges.points))
-    for lots in _neighbourhoods(edges):
+    for lots in neighbourhoods(ground.bounds[rows]):
         block, corners = edges.take(lots)
         widths[corners] = _widths_of_block(block, rows[lots], ground)
     return widths
@@ -70,32 +66,35 @@ def street_widths(
 class _Ground:
     """Parcels that cut others off, and streets, with their search trees."""
 
-    row: Ints
-    """[M] rows of the parcels."""
-    outline: Outlines
-    """[M] their outlines."""
-    tree: shapely.STRtree
+    parcels: PackedOutlines
+    """Outlines of all parcels."""
+    bounds: Floats
+    """[N, 4] boxes around them."""
+    rows: Ints
+    """Rows of those that cut others off."""
     streets: StreetLines | None
     street_tree: shapely.STRtree | None
 
     @classmethod
-    def of(cls, parcels: Outlines, row: Ints, streets: StreetLines | None) -> _Ground:
-        outline = parcels[row]
+    def of(cls, parcels: PackedOutlines, rows: Ints, streets: StreetLines | None) -> _Ground:
         street_tree = None if streets is None else shapely.STRtree(streets.line)
-        return cls(row, outline, shapely.STRtree(outline), streets, street_tree)
+        return cls(parcels, parcels.bounds, rows, streets, street_tree)
 
     def near(self, boxes: Floats) -> Ints:
-        """Indices of the parcels whose boxes are within `GAP` of boxes [n, 4]."""
-        west, south, east, north = (boxes + np.array([-GAP, -GAP, GAP, GAP])).T
-        return np.unique(self.tree.query(shapely.box(west, south, east, north))[1])
+        """Rows of the parcels whose boxes are within `GAP` of boxes [n, 4], at least one; ascending."""
+        return self._meeting(boxes + np.array([-GAP, -GAP, GAP, GAP]))
 
+    def on_parcels(self, lines: Outlines) -> Flags:
+        """[K] whether lines meet one of the parcels."""
+        is_on = np.zeros(len(lines), np.bool_)
+        if len(lines):
+            outlines = self.parcels[self._meeting(shapely.bounds(lines))]
+            is_on[shapely.STRtree(outlines).query(lines, predicate="intersects")[0]] = True
+        return is_on
 
-def _neighbourhoods(edges: LotEdges) -> Iterator[Ints]:
-    """Lots in groups of near ones, so that memory does not grow with the map."""
-    west, south = edges.points[edges.ring_offsets[edges.outline_offsets[:-1]]].T
-    order = np.lexsort((west, np.floor(south / _BAND)))
-    for start in range(0, len(order), _LOTS_AT_ONCE):
-        yield order[start : start + _LOTS_AT_ONCE]
+    def _meeting(self, boxes: Floats) -> Ints:
+        tree = BoxTree(self.bounds, self.rows, around(boxes))
+        return np.unique(tree.query(shapely.box(*boxes.T))[1])
 
 
 def _widths_of_block(edges: LotEdges, rows: Ints, ground: _Ground) -> Floats:
@@ -103,8 +102,8 @@ def _widths_of_block(edges: LotEdges, rows: Ints, ground: _Ground) -> Floats:
     low = np.minimum.reduceat(edges.points, edges.ring_offsets[edges.outline_offsets[:-1]])
     high = np.maximum.reduceat(edges.points, edges.ring_offsets[edges.outline_offsets[:-1]])
     near = ground.near(np.column_stack([low, high]))
-    walls = LotEdges.of(ground.outline[near])
-    parts = _open_parts(edges, walls, rows[edges.outline], ground.row[near][walls.outline])
+    walls = LotEdges.of(ground.parcels[near])
+    parts = _open_parts(edges, walls, rows[edges.outline], near[walls.outline])
     is_open = (parts.share >= _LEAST_OPEN) & ~edges.is_hole
     widths = np.zeros(len(edges.points))
     corners = np.flatnonzero(is_open)
@@ -205,7 +204,7 @@ def _line_widths(middle: Floats, normal: Floats, ground: _Ground) -> Floats:
     # Parcels may reach to the middle of the street.
     is_ahead = (ahead >= _LEAST_COSINE * distance) | (distance <= GAP)
     point, line, view, distance = point[is_ahead], line[is_ahead], view[is_ahead], distance[is_ahead]
-    is_clear = ~_is_blocked(middle[point], view, distance, ground.tree)
+    is_clear = ~_is_blocked(middle[point], view, distance, ground)
     point, line, distance = point[is_clear], line[is_clear], distance[is_clear]
     width = np.where(np.isnan(streets.width[line]), DEFAULT_WIDTH, streets.width[line])
     order = np.lexsort((-width, distance, point))
@@ -216,10 +215,7 @@ def _line_widths(middle: Floats, normal: Floats, ground: _Ground) -> Floats:
     return result
 
 
-def _is_blocked(origin: Floats, view: Floats, distance: Floats, parcels: shapely.STRtree) -> Flags:
+def _is_blocked(origin: Floats, view: Floats, distance: Floats, ground: _Ground) -> Flags:
     """[K] whether a parcel lies between points and what is seen from them; the first `GAP` does not count."""
     skipped = np.minimum(GAP / np.maximum(distance, GAP), 1.0)[:, None]
-    lines = _lines(origin + skipped * view, origin + view)
-    blocked = np.zeros(len(lines), np.bool_)
-    blocked[parcels.query(lines, predicate="intersects")[0]] = True
-    return blocked & (distance > GAP)
+    return ground.on_parcels(_lines(origin + skipped * view, origin + view)) & (distance > GAP)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from grammarlab.arrays import Floats
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 from grammarlab.city.street_lines import StreetLines
 
 _SIDES = (1.0, -1.0)

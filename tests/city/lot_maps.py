@@ -10,7 +10,8 @@ import pyarrow as pa
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from grammarlab.city.parcels import Outlines, Parcels
+from grammarlab.city.packed_outlines import Outlines, PackedOutlines
+from grammarlab.city.parcels import Parcels
 from grammarlab.city.street_lines import StreetLines
 from grammarlab.geometry.footprints.frame import Frame
 
@@ -31,7 +32,7 @@ def parcels_of(outlines: Any, ids: Any = None, **attributes: Any) -> Parcels:
     return Parcels(
         frame=Frame("", (0.0, 0.0)),
         id=np.array(names, dtype=object)[order],
-        outline=outlines[order],
+        outlines=PackedOutlines.of(outlines[order]),
         elevation=np.full(len(outlines), np.nan),
         attributes=pa.table(attributes or {"number": np.arange(len(outlines))}).take(order),
         reason=np.full(len(outlines), "", dtype=object),

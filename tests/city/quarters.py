@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 import shapely
 
+from grammarlab.city.packed_outlines import PackedOutlines
 from grammarlab.city.parcels import Parcels
 from grammarlab.geometry.footprints.frame import Frame
 
@@ -27,7 +28,7 @@ def quarter(num: int, seed: int = 0, **attributes: Any) -> Parcels:
     return Parcels(
         frame=Frame("EPSG:32631", (448000.0, 5412000.0)),
         id=ids,
-        outline=shapely.box(west, south, west + widths, south + depths),
+        outlines=PackedOutlines.of(shapely.box(west, south, west + widths, south + depths)),
         elevation=np.full(num, np.nan),
         attributes=pa.table(dict(attributes) or {"row": row}),
         reason=np.full(num, "", object),

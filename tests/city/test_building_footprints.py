@@ -17,8 +17,8 @@ from grammarlab.city.building_footprints import (
 )
 from grammarlab.city.lot_edges import LotEdges, simplified
 from grammarlab.city.lot_fronts import CORNER_LOT, INNER_LOT, LOT, first_edges, lot_kinds
+from grammarlab.city.packed_outlines import Outlines, PackedOutlines
 from grammarlab.city.parcel_reasons import NARROW, SMALL
-from grammarlab.city.parcels import Outlines
 from grammarlab.city.plan import LotRules
 from grammarlab.city.street_edges import street_widths
 from grammarlab.geometry.lot_sides import FRONT, edge_sides
@@ -96,7 +96,9 @@ def test_footprints_of_a_map_are_valid_and_inside_their_setbacks(seed: int):
     quarter = lot_map(seed)
     outlines = simplified(quarter.parcels.outline)
     edges = LotEdges.of(outlines)
-    widths = street_widths(edges, outlines, np.arange(len(outlines)), quarter.streets, np.zeros(len(outlines), bool))
+    widths = street_widths(
+        edges, PackedOutlines.of(outlines), np.arange(len(outlines)), quarter.streets, np.zeros(len(outlines), bool)
+    )
     wish = request(len(outlines))
     result = building_footprints(edges, widths, wish)
     shapes = polygons(result)
@@ -179,12 +181,13 @@ def test_start_rules_are_those_of_corner_inner_and_other_lots():
     assert lot_kinds(edges, widths).tolist() == [LOT, INNER_LOT, CORNER_LOT, LOT, CORNER_LOT]
 
 
-def test_a_footprint_does_not_depend_on_other_lots(monkeypatch: pytest.MonkeyPatch):
+def test_a_footprint_does_not_depend_on_other_lots():
     outlines = simplified(lot_map(1).parcels.outline)
     edges = LotEdges.of(outlines)
-    widths = street_widths(edges, outlines, np.arange(len(outlines)), None, np.zeros(len(outlines), bool))
+    widths = street_widths(
+        edges, PackedOutlines.of(outlines), np.arange(len(outlines)), None, np.zeros(len(outlines), bool)
+    )
     wish = replace(request(len(outlines)), is_ring=np.arange(len(outlines)) % 2 == 0)
-    monkeypatch.setattr("grammarlab.city.building_footprints._LOTS_AT_ONCE", 10)
     together = building_footprints(edges, widths, wish)
     for index, row in enumerate(together.lot.tolist()):
         alone = building_footprints(

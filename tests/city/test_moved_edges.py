@@ -9,7 +9,7 @@ import shapely
 from grammarlab.arrays import Floats
 from grammarlab.city.lot_edges import LotEdges, simplified
 from grammarlab.city.moved_edges import moved_inwards
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.outlines.setback import REMAINDER, setback
 from tests.city.lot_maps import lot_map

@@ -104,6 +104,18 @@ def test_rows_in_another_order_are_the_same_sites(has_streets: bool):
 
 
 @pytest.mark.parametrize("has_streets", [True, False])
+def test_sites_do_not_depend_on_how_many_lots_are_looked_at_together(
+    has_streets: bool, monkeypatch: pytest.MonkeyPatch
+):
+    quarter = lot_map(4)
+    streets = quarter.streets if has_streets else None
+    together = made(quarter.parcels, streets)
+    monkeypatch.setattr("grammarlab.city.packed_outlines.AT_ONCE", 3)
+    assert len(together) > 6
+    assert not changes(together, made(quarter.parcels, streets))
+
+
+@pytest.mark.parametrize("has_streets", [True, False])
 def test_one_more_parcel_changes_only_its_neighbours(has_streets: bool):
     quarter = lot_map(4)
     parcels, streets = quarter.parcels, quarter.streets if has_streets else None

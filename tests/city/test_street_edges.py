@@ -9,7 +9,7 @@ import pytest
 import shapely
 
 from grammarlab.city.lot_edges import LotEdges, simplified
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines, PackedOutlines
 from grammarlab.city.street_edges import DEFAULT_WIDTH, GAP, REACH, street_widths
 from grammarlab.city.street_lines import StreetLines
 from tests.city.lot_maps import lot_map
@@ -21,7 +21,7 @@ def widths_of(outlines: Outlines, streets: StreetLines | None = None, plots: tup
     """Widths of streets along the edges of each outline, by rows."""
     edges = LotEdges.of(outlines)
     is_plot = np.isin(np.arange(len(outlines)), plots)
-    widths = street_widths(edges, outlines, np.arange(len(outlines)), streets, is_plot)
+    widths = street_widths(edges, PackedOutlines.of(outlines), np.arange(len(outlines)), streets, is_plot)
     return [widths[edges.outline == row].tolist() for row in range(len(outlines))]
 
 
@@ -65,7 +65,9 @@ def test_streets_are_those_of_a_slow_oracle(seed: int, has_lines: bool):
     outlines = simplified(quarter.parcels.outline)
     streets = quarter.streets if has_lines else None
     edges = LotEdges.of(outlines)
-    widths = street_widths(edges, outlines, np.arange(len(outlines)), streets, np.zeros(len(outlines), bool))
+    widths = street_widths(
+        edges, PackedOutlines.of(outlines), np.arange(len(outlines)), streets, np.zeros(len(outlines), bool)
+    )
     corner = np.stack([edges.points, edges.points[edges.next_corner]], axis=1)
     others = [shapely.union_all(np.delete(outlines, row)) for row in range(len(outlines))]
     shapely.prepare(others)
@@ -95,7 +97,9 @@ def test_an_edge_is_on_a_street_if_half_of_it_is_open():
         lots = np.array([shapely.box(0, 0, 10, 20), shapely.box(0, -5, 10 * share, 0)], dtype=object)
         edges = LotEdges.of(lots)
         south = np.flatnonzero((edges.outline == 0) & (edges.normal[:, 1] < -0.5))
-        assert street_widths(edges, lots, np.arange(2), None, np.zeros(2, bool))[south].tolist() == [width]
+        assert street_widths(edges, PackedOutlines.of(lots), np.arange(2), None, np.zeros(2, bool))[south].tolist() == [
+            width
+        ]
 
 
 def test_streets_behind_parcels_or_behind_the_lot_do_not_count():
@@ -139,7 +143,7 @@ def test_streets_do_not_depend_on_the_order_of_parcels():
 def test_streets_do_not_depend_on_which_lots_are_looked_at_together(monkeypatch: pytest.MonkeyPatch):
     quarter = lot_map(7)
     whole = widths_of(quarter.parcels.outline, quarter.streets)
-    monkeypatch.setattr("grammarlab.city.street_edges._LOTS_AT_ONCE", 3)
+    monkeypatch.setattr("grammarlab.city.packed_outlines.AT_ONCE", 3)
     assert widths_of(quarter.parcels.outline, quarter.streets) == whole
 
 

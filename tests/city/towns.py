@@ -11,6 +11,7 @@ from scipy.special import expit
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city.fields import ParcelFields, parcel_fields
+from grammarlab.city.packed_outlines import PackedOutlines
 from grammarlab.city.parcels import Parcels
 from grammarlab.geometry.footprints.frame import Frame
 
@@ -28,7 +29,7 @@ def town(num: int, seed: int = 0) -> ParcelFields:
     parcels = Parcels(
         frame=Frame("EPSG:32631", (448000.0, 5412000.0)),
         id=np.array([f"{index:06d}" for index in range(num)], object),
-        outline=shapely.box(west, south, west + sides[:, 0], south + sides[:, 1]),
+        outlines=PackedOutlines.of(shapely.box(west, south, west + sides[:, 0], south + sides[:, 1])),
         elevation=np.full(num, np.nan),
         attributes=pa.table({"floors": rng.integers(1, 9, num)}),
         reason=np.full(num, "", object),

@@ -21,7 +21,7 @@ from grammarlab.files import open_regular, read_bounded
 from grammarlab.geometry.footprints.attribute_columns import columns_of, united
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.geometry.footprints.geojson_features import well_formed
-from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer
+from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer, bodies_of
 from grammarlab.printable import printable
 
 _MAX_FILE_BYTES = 256 << 20
@@ -32,6 +32,8 @@ _MAX_FACES = 100_000
 """Largest number of faces of an object."""
 _MAX_PARTS = 1_000
 """Largest number of objects in an object."""
+_BLOCK = 8192
+"""Objects whose geometries are kept together."""
 _STEP = 0.5
 """Units of height above the lowest face up to which faces count as lowest."""
 _MIN_SLOPE = np.cos(np.radians(30.0))
@@ -325,7 +327,7 @@ def _layer(reading: _Reading, header: Mapping[str, Any]) -> MapLayer:
         remarks.append(Remark(str(path), "property", f"lists and objects are not used: {names}"))
     return MapLayer(
         name=str(path),
-        geometry=geometry,
+        bodies=[bodies_of(geometry[start : start + _BLOCK]) for start in range(0, len(geometry), _BLOCK)],
         attributes=united([columns | ids], [len(geometry)]),
         crs=_crs(header),
         remarks=tuple(remarks),

@@ -35,7 +35,7 @@ from grammarlab.geometry.footprints.geojson_features import (
     well_formed,
 )
 from grammarlab.geometry.footprints.json_stream import Damage, Item, Member, json_parts
-from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer
+from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer, bodies_of
 
 _CHUNK = 8192
 """Features that are converted at a time."""
@@ -55,7 +55,7 @@ class _Reading:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.num_features = 0
-        self.geometry: list[NDArray[np.object_]] = []
+        self.bodies: list[pa.Array] = []
         self.columns: list[Columns] = []
         self.id_columns: list[Columns] = []
         self.unread: set[str] = set()
@@ -85,7 +85,7 @@ class _Reading:
         self.columns.append(columns)
         self.unread |= unread
         self.id_columns.append(columns_of([{ID: one} for one in self._ids])[0])
-        self.geometry.append(_geometries(self._features))
+        self.bodies.append(bodies_of(_geometries(self._features)))
         for feature in self._features:
             if isinstance(feature.geometry, dict):
                 member = feature.geometry.get("crs", feature.crs)
@@ -150,7 +150,7 @@ def _add_document(reading: _Reading, document: Any) -> None:
 
 
 def _layer(reading: _Reading) -> MapLayer:
-    lengths = [len(chunk) for chunk in reading.geometry]
+    lengths = [len(chunk) for chunk in reading.bodies]
     attributes = united(reading.columns, lengths)
     if ID not in attributes.column_names:
         ids = united(reading.id_columns, lengths)
@@ -163,7 +163,7 @@ def _layer(reading: _Reading) -> MapLayer:
         remarks.append(Remark(str(reading.path), "property", f"lists and objects are not used: {names}"))
     return MapLayer(
         name=str(reading.path),
-        geometry=np.concatenate(reading.geometry),
+        bodies=reading.bodies,
         attributes=attributes if attributes.num_columns else pa.table({}),
         crs=_crs(reading),
         default_crs=WGS_84.name,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError
@@ -28,9 +30,9 @@ class MapLayer:
 
     name: str
     """Path of the file and name of the layer, for messages."""
-    geometry: NDArray[np.object_]
-    """[N] geometries of shapely of any kind and validity, perhaps with heights, in the coordinates of the file; None
-    where there is none."""
+    bodies: Sequence[pa.Array]
+    """[N] geometries of any kind and validity, perhaps with heights, in the coordinates of the file, in blocks of
+    well-known binary, which takes a sixth of the memory of geometries of shapely; null where there is none."""
     attributes: pa.Table
     """[N] columns in the order of their names: int64, double, bool and string, with nulls."""
     crs: str | None
@@ -40,8 +42,24 @@ class MapLayer:
     remarks: tuple[Remark, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.attributes.num_columns and len(self.attributes) != len(self.geometry):
+        if self.attributes.num_columns and len(self.attributes) != len(self):
             raise UsageError("map layer: expected columns of equal length")
 
     def __len__(self) -> int:
-        return len(self.geometry)
+        return sum(map(len, self.bodies))
+
+    def blocks(self) -> Iterator[NDArray[np.object_]]:
+        """The geometries as those of shapely, a block at a time."""
+        return (shapely.from_wkb(block.to_numpy(zero_copy_only=False)) for block in self.bodies)
+
+    @property
+    def geometry(self) -> NDArray[np.object_]:
+        """[N] geometries of shapely, None where there is none."""
+        return np.concatenate([np.zeros(0, object), *self.blocks()])
+
+
+def bodies_of(geometry: NDArray[np.object_]) -> pa.Array:
+    """[n] well-known binary of geometries of shapely."""
+    import pyarrow as pa  # noqa: PLC0415  # takes long to import
+
+    return pa.array(shapely.to_wkb(geometry), pa.binary())

@@ -101,10 +101,11 @@ def _plain(value: Any) -> float | bool | str:
 
 def _omissions(path: Path, layer: MapLayer) -> list[Remark]:
     """Remarks about features without polygons."""
-    _, rows = _polygons(layer.geometry)
+    geometry = layer.geometry
+    _, rows = _polygons(geometry)
     others = np.setdiff1d(np.arange(len(layer)), rows)
     remarks = []
-    kinds = shapely.get_type_id(layer.geometry[others]).tolist()
+    kinds = shapely.get_type_id(geometry[others]).tolist()
     for row, kind in zip(others.tolist(), kinds, strict=True):
         reason = "no geometry" if kind < 0 else f"a {_KINDS[kind]} is not an outline"
         remarks.append(Remark(_name(path, row), "geometry", reason))

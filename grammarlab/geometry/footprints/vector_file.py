@@ -24,7 +24,7 @@ from grammarlab.geometry.footprints.crs import label
 from grammarlab.geometry.footprints.curved_wkb import straightened
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.geometry.footprints.geopackage_tables import check_tables
-from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer
+from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer, bodies_of
 from grammarlab.printable import printable
 
 _BATCH = 8192
@@ -72,8 +72,8 @@ def read_vector_layer(path: Path, layer: str | None = None) -> MapLayer:
         remarks.append(Remark(str(path), "property", f"attributes of other than plain values are not used: {names}"))
     return MapLayer(
         name=str(path) if layer is None else f"{path}:{layer}",
-        geometry=np.concatenate([np.empty(0, dtype=object), *read.geometry]),
-        attributes=united(read.columns, [len(chunk) for chunk in read.geometry]),
+        bodies=read.bodies,
+        attributes=united(read.columns, [len(chunk) for chunk in read.bodies]),
         crs=read.crs,
         remarks=tuple(remarks),
     )
@@ -84,7 +84,7 @@ class _Read:
 
     def __init__(self, crs: str | None) -> None:
         self.crs = crs
-        self.geometry: list[NDArray[np.object_]] = []
+        self.bodies: list[pa.Array] = []
         self.columns: list[Columns] = []
         self.unread: set[str] = set()
 
@@ -105,7 +105,7 @@ def _read(path: Path, source: str, layer: str) -> _Read:
             if index < 0:
                 raise UsageError(f"{path}: layer {layer!r} has no outlines. {_listing(path, source)}")
             bodies = batch.column(index).to_numpy(zero_copy_only=False)
-            read.geometry.append(_geometries(bodies))
+            read.bodies.append(bodies_of(_geometries(bodies)))
             columns, unread = plain_columns(batch.drop_columns([geometry_name]))
             read.columns.append(columns)
             read.unread |= unread

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats
 from grammarlab.city.map_squares import cut_by_squares, polygons_of
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.runs.city.outline_face import outline_face

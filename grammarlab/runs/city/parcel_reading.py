@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 import shapely
 
 from grammarlab.arrays import offsets_from_counts
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 from grammarlab.errors import AssetError
 from grammarlab.files import open_regular
 from grammarlab.geometry.footprints.frame import Frame

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 from grammarlab.errors import UsageError
 
 Texts = NDArray[np.object_]

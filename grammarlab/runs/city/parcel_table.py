@@ -32,7 +32,7 @@ import pyarrow.parquet as pq
 import shapely
 
 from grammarlab.arrays import Ints
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 from grammarlab.export.model_files import whole_file
 from grammarlab.export.tiles.tile_grid import morton
 from grammarlab.extras import named_extras

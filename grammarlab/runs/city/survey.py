@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.city.city_layout import Layout, laid_out
+from grammarlab.city.fields import points_inside
 from grammarlab.city.layout_plan import LayoutPlan
 from grammarlab.city.map_shapes import read_shapes, read_streets
+from grammarlab.city.packed_outlines import Outlines
 from grammarlab.city.parcel_addresses import Pins, read_pins
 from grammarlab.city.parcel_map import read_parcels
-from grammarlab.city.parcels import Outlines, Parcels
+from grammarlab.city.parcels import Parcels
 from grammarlab.city.plan import Plan
 from grammarlab.city.polygon_text import is_polygon_text
 from grammarlab.city.site_making import SiteSources, sites_of
@@ -145,7 +147,7 @@ def _terrain(plan: Plan, parcels: Parcels) -> PlacedTerrain | None:
 def _outside(parcels: Parcels, terrain: PlacedTerrain | None) -> Iterator[Remark]:
     """A remark about parcels whose terrain is unknown, if there are any."""
     if terrain is not None:
-        inside = shapely.get_coordinates(shapely.point_on_surface(parcels.outline[parcels.usable]))
+        inside = points_inside(parcels.outlines.take(np.flatnonzero(parcels.usable)))
         num_unknown = int(np.isnan(terrain.heights(inside)).sum())
         if num_unknown:
             reason = f"it has no height for {num_unknown:,} of {len(inside):,} parcels: their ground is at 0 m"

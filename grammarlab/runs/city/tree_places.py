@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.city.parcels import Outlines
+from grammarlab.city.packed_outlines import Outlines
 from grammarlab.city.street_trees import street_tree_places
 from grammarlab.city.tree_file import parse_trees
 from grammarlab.city.tree_intensity import TreeIntensity, trees_in
