@@ -65,6 +65,13 @@ class JsonValues:
             raise JsonValueError(f"{self.where}{key}: expected a number > 0, found {number:g}.")
         return number
 
+    def amount(self, key: str, most: float) -> float:
+        """A number from 0 on."""
+        number = self.number(key)
+        if not 0.0 <= number <= most:
+            raise JsonValueError(f"{self.where}{key}: expected a number from 0 to {most:g}, found {number:g}.")
+        return number
+
     def numbers(self, key: str, count: int) -> list[float]:
         """So many numbers."""
         return self._row(self.get(key), key, count)

@@ -22,7 +22,8 @@ from scipy.spatial import KDTree
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.city.fields import METRES_PER_KM
-from grammarlab.city.zone_density import matern, text_words, zone_noise
+from grammarlab.city.zone_density import matern, text_words
+from grammarlab.city.zone_draws import zone_noise
 from grammarlab.geometry.footprints.equal_area import Plane
 from grammarlab.geometry.footprints.frame import Frame
 from grammarlab.randomness import Keys, derived_seed

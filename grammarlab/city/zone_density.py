@@ -1,11 +1,7 @@
-"""Zone densities: the probability of each zone at each parcel, learned from answers, and zones drawn from it.
+"""Zone densities: the probability of each zone at each parcel, learned from answers.
 
 P(k | x, u) = softmax_k(b_k · x + g_k(u)), where x are standardised fields of the parcel and u is its place. g_k is a
 sum of functions of the Matérn 3/2 kernel around inducing places (`grammarlab.city.zone_learning`).
-
-A zone is drawn as argmax_k(log P(k) + Gumbel noise of (seed, id, zone)), so that a parcel keeps its zone whatever
-the other parcels are, and a small change of P changes few zones (C. Maddison, D. Tarlow, T. Minka, "A* sampling", NIPS
-2014): at most a share 2 t / (1 + t) of the parcels, t being the total variation distance of old and new P.
 """
 
 from __future__ import annotations
@@ -18,16 +14,16 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 from scipy.special import softmax
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Floats
 from grammarlab.city.fields import METRES_PER_KM, ParcelFields
 from grammarlab.errors import UsageError
 from grammarlab.geometry.footprints.frame import Frame
-from grammarlab.randomness import Keys, fold, root_keys, uniforms
+from grammarlab.randomness import Keys
 
 MAX_STANDARD = 4.0
 """Largest standardised value: parcels beyond are treated alike, as answers about such parcels are rare."""
-_LANE = 3141592651
-"""Place below a seed for the draws of zones, apart from the models of buildings."""
+MAX_WEIGHTS = 3072
+"""Most inducing places times zones: a file of at most 100 kB."""
 _SQRT_3 = np.sqrt(3.0)
 _BLOCK = 8192
 """Parcels whose kernels are in memory at once: 17 MB for 256 places."""
@@ -69,6 +65,12 @@ class ZoneDensity:
     """[M, K] weights of the kernel around each place."""
     length: float
     """Length of the kernel in km, > 0."""
+    scale: float
+    """Standard deviation of g before any answer, in log-odds, >= 0."""
+    counts: Floats
+    """[M, K] answers for each zone, of those nearest to each place, >= 0."""
+    offsets: Floats
+    """[M, K] mean log-odds of these answers without g; 0 where there are none."""
     answers: str
     """SHA-256 of the answers, 64 hexadecimal digits."""
 
@@ -89,22 +91,6 @@ class ZoneDensity:
     def probabilities(self, fields: ParcelFields) -> Floats:
         """[N, K] P(k | x) >= 0; each row has the sum 1. See `log_odds` for errors."""
         return softmax(self.log_odds(fields), axis=1)
-
-    def drawn(self, fields: ParcelFields, seed: int) -> Ints:
-        """[N] number of the zone drawn for each parcel; a function of seed, id, names of zones, fields and place.
-
-        Args:
-            fields: fields of N parcels.
-            seed: 0 <= seed < 2**64.
-        """
-        return (self.log_odds(fields) + zone_noise(fields.id, self.zones, seed)).argmax(axis=1)
-
-
-def zone_noise(ids: NDArray[np.object_], zones: tuple[str, ...], seed: int) -> Floats:
-    """[N, K] independent draws of the standard Gumbel distribution, one per parcel and zone."""
-    keys = fold(root_keys(seed, np.array([_LANE], np.uint64)), text_words(ids))
-    draws = np.column_stack([uniforms(keys, word) for word in text_words(np.array(zones, object))[:, None]])
-    return -np.log(-np.log(np.maximum(draws, np.finfo(float).tiny)))
 
 
 def text_words(texts: NDArray[np.object_]) -> Keys:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
+from scipy.spatial import KDTree
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city.fields import ParcelFields
@@ -21,6 +22,9 @@ _NUGGET = 1e-4
 """Added to the diagonal of the kernel, of size 1: parcels at one place, such as flats, may differ a little."""
 _DECIMALS = 6
 """Decimals of the numbers of a density, so that its file is small and has the same numbers."""
+
+_DECIMALS_OF_ANSWERS = 3
+"""Decimals of numbers of answers and of their log-odds."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -48,11 +52,22 @@ class ZoneDesign:
         kernels = whitened_kernels(u, self.places, self.length)
         return np.column_stack([np.ones(len(u)), standardised(fields, u, self.features), kernels]) * self.column_scales
 
-    def density(self, mode: Mode, zones: tuple[str, ...], answers: str) -> ZoneDensity:
-        """The density with the weights of a mode."""
+    def density(
+        self, mode: Mode, fields: ParcelFields, counts: Floats, zones: tuple[str, ...], answers: str
+    ) -> ZoneDensity:
+        """The density with the weights of a mode.
+
+        Args:
+            mode: the weights.
+            fields: fields of n parcels with answers.
+            counts: [n, K] answers for each zone.
+            zones: [K] names.
+            answers: hash of the answers.
+        """
         num = 1 + len(self.features)
         weights = (mode.weights * self.column_scales[:, None]) @ contrasts(len(zones)).T
         on_kernels = solve_triangular(kernel_root(self.places, self.length).T, weights[num:], lower=False)
+        at_places, offsets = self._answers(weights[:num], fields, counts)
         return ZoneDensity(
             zones=zones,
             frame=self.frame,
@@ -62,8 +77,30 @@ class ZoneDesign:
             places=self.places,
             weights=rounded(on_kernels),
             length=self.length,
+            scale=float(rounded(self.scales[-1])),
+            counts=np.round(at_places, _DECIMALS_OF_ANSWERS),
+            offsets=np.round(offsets, _DECIMALS_OF_ANSWERS) + 0.0,
             answers=answers,
         )
+
+    def _answers(self, weights: Floats, fields: ParcelFields, counts: Floats) -> tuple[Floats, Floats]:
+        """[M, K] answers for each zone, of those nearest to each place, and [M, K] their mean log-odds without g.
+
+        Args:
+            weights: [1 + F, K] weights of the constant and of the fields.
+            fields: fields of n parcels with answers.
+            counts: [n, K] answers.
+        """
+        at_places, offsets = np.zeros((2, len(self.places), counts.shape[1]))
+        if len(self.places):
+            u = places_km(fields, self.frame)
+            odds = weights[0] + standardised(fields, u, self.features) @ weights[1:]
+            num = counts.sum(axis=1)[:, None]
+            _, nearest = KDTree(self.places).query(u)
+            np.add.at(at_places, nearest, counts)
+            np.add.at(offsets, nearest, num * odds)
+            offsets /= np.maximum(at_places.sum(axis=1), 1e-12)[:, None]
+        return at_places, offsets
 
 
 def rounded(values: Floats) -> Floats:

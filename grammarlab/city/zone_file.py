@@ -6,8 +6,8 @@
  "features": [{"name": "area", "unit": "m²", "mean": 5.5, "scale": 0.7, "log": true},
               {"name": "distance to a centre", "unit": "km", "mean": 0.8, "scale": 0.8, "centre": [0.41, 0.52]}],
  "intercept": [0.2, -0.2], "slopes": [[1.1, -1.1], [0.4, -0.4]],
- "kernel": {"kind": "matern 3/2", "length": 0.9}, "places": [[0.1, 0.2]], "weights": [[0.3, -0.3]],
- "answers": "64 hexadecimal digits"}
+ "kernel": {"kind": "matern 3/2", "length": 0.9, "scale": 1.5}, "places": [[0.1, 0.2]], "weights": [[0.3, -0.3]],
+ "counts": [[1, 0]], "offsets": [[0.2, -0.2]], "answers": "64 hexadecimal digits"}
 ```
 
 Lengths and places are in km, places from the origin; `grammarlab.city.zone_density` has the formula. A file may come
@@ -23,18 +23,20 @@ from typing import Any
 import numpy as np
 
 from grammarlab.city.json_values import MOST_CRS, JsonValueError, JsonValues, lines_of_json, values_of_json
-from grammarlab.city.zone_density import Feature, ZoneDensity
+from grammarlab.city.zone_density import MAX_WEIGHTS, Feature, ZoneDensity
 from grammarlab.errors import AssetError, shown
 from grammarlab.files import read_bounded, write_text
 from grammarlab.geometry.footprints.frame import Frame
 
 SUFFIX = ".zones.json"
 FORMAT = "grammarlab zones"
-VERSION = 1
+VERSION = 2
 KERNEL = "matern 3/2"
 MAX_BYTES = 100_000
 """Largest size of a file."""
 _MOST_ZONES, _MOST_FEATURES = 64, 256
+_MOST_ANSWERS, _MOST_SCALE = 1e6, 100.0
+"""Most answers of a place, and the largest scale: with more, draws would be numbers without digits."""
 _HASH = re.compile(r"[0-9a-f]{64}")
 
 
@@ -78,9 +80,11 @@ def zones_text(density: ZoneDensity) -> str:
         "features": [_feature_values(feature) for feature in density.features],
         "intercept": density.intercept.tolist(),
         "slopes": density.slope.tolist(),
-        "kernel": {"kind": KERNEL, "length": density.length},
+        "kernel": {"kind": KERNEL, "length": density.length, "scale": density.scale},
         "places": density.places.tolist(),
         "weights": density.weights.tolist(),
+        "counts": density.counts.tolist(),
+        "offsets": density.offsets.tolist(),
         "answers": density.answers,
     }
     return lines_of_json(values)
@@ -96,8 +100,16 @@ def parse_zones(content: bytes) -> ZoneDensity:
     zones = tuple(table.texts("zones", _MOST_ZONES))
     if len(zones) < 2 or len(set(zones)) != len(zones) or "" in zones:
         raise JsonValueError(f"zones: expected at least two different names, found {shown(', '.join(zones))}.")
+    intercept = np.array(table.numbers("intercept", len(zones)))
     features = tuple(_feature(item) for item in table.tables("features", _MOST_FEATURES))
     places = table.matrix("places", None, 2)
+    if len(places) * len(zones) > MAX_WEIGHTS:
+        raise JsonValueError(f"places: expected at most {MAX_WEIGHTS // len(zones)}, found {len(places)}.")
+    weights = table.matrix("weights", len(places), len(zones))
+    counts = table.matrix("counts", len(places), len(zones))
+    outside = counts[(counts < 0.0) | (counts > _MOST_ANSWERS)]
+    if len(outside):
+        raise JsonValueError(f"counts: expected numbers from 0 to {_MOST_ANSWERS:g}, found {outside[0]:g}.")
     kernel = table.table("kernel")
     if kernel.get("kind") != KERNEL:
         raise JsonValueError(f"kernel.kind: expected {KERNEL!r}, found {shown(kernel.get('kind'))}.")
@@ -109,11 +121,14 @@ def parse_zones(content: bytes) -> ZoneDensity:
         zones=zones,
         frame=Frame(table.text("crs", MOST_CRS), (east, north)),
         features=features,
-        intercept=np.array(table.numbers("intercept", len(zones))),
+        intercept=intercept,
         slope=table.matrix("slopes", len(features), len(zones)),
         places=places,
-        weights=table.matrix("weights", len(places), len(zones)),
+        weights=weights,
         length=kernel.positive("length"),
+        scale=kernel.amount("scale", _MOST_SCALE),
+        counts=counts,
+        offsets=table.matrix("offsets", len(places), len(zones)),
         answers=answers,
     )
 

@@ -18,24 +18,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.special import ndtri
 from scipy.stats import skew
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city.fields import ParcelFields
 from grammarlab.city.softmax_process import Mode, evidence_of, mode_of
-from grammarlab.city.zone_density import Feature, ZoneDensity, places_km, standardised, text_words
+from grammarlab.city.zone_density import MAX_WEIGHTS, Feature, ZoneDensity, places_km, standardised, text_words
 from grammarlab.city.zone_design import ZoneDesign, rounded, spread_order, whitened_kernels
 from grammarlab.errors import UsageError
-from grammarlab.randomness import fold, root_keys, uniforms
 
 MAX_PLACES = 256
 """Most inducing places."""
 MAX_ZONES = 32
 """Most zones of a density."""
-_MAX_WEIGHTS = 4096
-"""Most inducing places times zones: a file of at most 100 kB."""
 _SEARCH_PLACES, _SEARCH_ANSWERS = 64, 1024
 """Inducing places and answers by which scales, length and centre are chosen. Budgets: a second for three zones."""
 _PRIOR_RATE = 1.0
@@ -50,8 +46,6 @@ _LENGTHS = 2.0 ** np.arange(-2, 3)
 _CENTRES_PER_SIDE, _CENTRE_REACH = 7, 1.5
 """Candidate centres: a grid that reaches so many standard deviations of the answers to each side of their middle."""
 _MAX_STEPS = 25
-_DRAW_LANE = 2718281828
-"""Place below a seed for draws of densities."""
 DISTANCE = "distance to a centre"
 """Name of the distance to the learned centre; with blanks, so that no field of a plan has it."""
 
@@ -111,10 +105,10 @@ def learned_zones(fields: ParcelFields, counts: Floats, zones: tuple[str, ...], 
         design = search.design(explanation)
         if len(design.places):
             u = places_km(fields, fields.frame)
-            places = u[spread_order(u, min(MAX_PLACES, _MAX_WEIGHTS // len(zones)))]
+            places = u[spread_order(u, min(MAX_PLACES, MAX_WEIGHTS // len(zones)))]
             design = replace(design, places=rounded(places))
         mode = mode_of(design.rows(fields), counts)
-    density = design.density(mode, zones, answers)
+    density = design.density(mode, fields, counts, zones, answers)
     return LearnedZones(
         density=density, design=design, mode=mode, fields=fields, counts=counts, evidence=explanation.value
     )
@@ -258,29 +252,6 @@ def _features(fields: ParcelFields) -> tuple[Feature, ...]:
     return tuple(features)
 
 
-def posterior_draw(learned: LearnedZones, seed: int) -> ZoneDensity:
-    """One draw of the density from what the answers leave open, by the Laplace approximation.
-
-    The learned density is soft where nothing is known, so zones drawn from it are mixed there. Those of a draw form
-    clumps as large as the length of the kernel.
-
-    Args:
-        learned: the zones.
-        seed: 0 <= seed < 2**64.
-    """
-    rows = learned.design.rows(learned.fields)
-    with threadpool_limits(1, "blas"):
-        evidence = evidence_of(rows, learned.counts, learned.mode.weights)
-        size = evidence.mode.weights.size
-        root = np.linalg.cholesky(evidence.covariance.reshape(size, size))
-        keys = fold(root_keys(seed, np.full(size, _DRAW_LANE, np.uint64)), np.arange(size))
-        change = root @ ndtri(np.clip(uniforms(keys, 0), 1e-15, None))
-    weights = evidence.mode.weights + change.reshape(-1, len(rows.T)).T
-    return learned.design.density(
-        replace(evidence.mode, weights=weights), learned.density.zones, learned.density.answers
-    )
-
-
 def shares_of_log_odds(learned: LearnedZones) -> dict[str, float]:
     """Part of each field, and of the ``place``, in the variance of the log-odds at the answers; largest first."""
     rows = learned.design.rows(learned.fields)
@@ -305,6 +276,7 @@ def held_out_chances(learned: LearnedZones, folds: Ints) -> Floats:
         out = folds == number
         with threadpool_limits(1, "blas"):
             mode = mode_of(rows[~out], learned.counts[~out], learned.mode.weights)
-        density = learned.design.density(mode, learned.density.zones, "")
+        others, answers = learned.fields.take(~out), learned.counts[~out]
+        density = learned.design.density(mode, others, answers, learned.density.zones, "")
         chances[out] = density.probabilities(learned.fields.take(out))
     return chances

@@ -16,6 +16,7 @@ from grammarlab.city.plan import Plan, ZonePlan
 from grammarlab.city.plan_fields import PlanFields
 from grammarlab.city.polygon_text import is_polygon_text, polygon_of_text
 from grammarlab.city.zone_density import ZoneDensity
+from grammarlab.city.zone_draws import drawn_zones
 from grammarlab.errors import UsageError, shown
 from grammarlab.geometry.footprints.frame import Frame
 
@@ -93,7 +94,7 @@ class _Draws:
         if zone not in density.zones:
             raise UsageError(f"{path} has no such zone; it has {', '.join(density.zones)}")
         if path not in self._drawn:
-            self._drawn[path] = density.drawn(self._fields, self._plan.seed)
+            self._drawn[path] = drawn_zones(density, self._fields, self._plan.seed)
         return self._drawn[path] == density.zones.index(zone)
 
 

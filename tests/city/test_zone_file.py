@@ -34,6 +34,9 @@ def density(places: int = 5, zones: int = 3) -> ZoneDensity:
         places=rng.uniform(0, 2, (places, 2)).round(6),
         weights=rng.normal(0, 100, (places, zones)).round(6),
         length=0.75,
+        scale=1.5,
+        counts=rng.integers(0, 99, (places, zones)).astype(np.float64),
+        offsets=rng.normal(0, 9, (places, zones)).round(3),
         answers="0f" * 32,
     )
 
@@ -58,8 +61,8 @@ def test_a_density_is_read_as_it_was_written(tmp_path: Path, places: int):
 
 
 def test_a_file_of_the_largest_density_is_below_the_limit():
-    assert len(zones_text(density(256, 16)).encode()) < MAX_BYTES
-    assert len(zones_text(density(128, 32)).encode()) < MAX_BYTES
+    assert len(zones_text(density(192, 16)).encode()) < MAX_BYTES
+    assert len(zones_text(density(96, 32)).encode()) < MAX_BYTES
 
 
 def test_a_density_that_is_too_large_is_refused(tmp_path: Path):
@@ -78,7 +81,7 @@ def test_a_density_that_is_too_large_is_refused(tmp_path: Path):
         (b'{"format": ' + b"9" * 5000 + b"}", "this is not valid JSON"),
         (b"{}", "format: expected a value, found none"),
         (values(format="grammarlab facade"), "format: expected 'grammarlab zones', found 'grammarlab facade'"),
-        (values(version=2), "version: expected 1, found 2: learn the file again, or update grammarlab"),
+        (values(version=1), "version: expected 2, found 1: learn the file again, or update grammarlab"),
         (values(zones=["a"]), "zones: expected at least two different names, found 'a'"),
         (values(zones=["a", "a", "b"]), "zones: expected at least two different names"),
         (values(zones=["a", "b"]), "intercept: expected 2 numbers, found a list of 3"),
@@ -92,8 +95,17 @@ def test_a_density_that_is_too_large_is_refused(tmp_path: Path):
         (values(places=[[0, 0]] * 4), "weights: expected 4 rows, found 5"),
         (values(places="abc"), "places: expected a list of at most 1024, found 'abc'"),
         (values(kernel={"kind": "rbf", "length": 1}), "kernel.kind: expected 'matern 3/2', found 'rbf'"),
-        (values(kernel={"kind": "matern 3/2", "length": 0}), "kernel.length: expected a number > 0, found 0"),
+        (
+            values(kernel={"kind": "matern 3/2", "length": 0, "scale": 1}),
+            "kernel.length: expected a number > 0, found 0",
+        ),
         (values(features=[{"name": "a"}]), r"features\[0\].unit: expected a value, found none"),
+        (
+            values(kernel={"kind": "matern 3/2", "length": 1, "scale": -1}),
+            "kernel.scale: expected a number from 0 to 100",
+        ),
+        (values(counts=[[0, -1, 0]] * 5), r"counts: expected numbers from 0 to 1e\+06, found -1"),
+        (values(offsets=[]), "offsets: expected 5 rows, found 0"),
         (values(answers="x"), "answers: expected 64 hexadecimal digits, found 'x'"),
     ],
 )

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from grammarlab.city.softmax_process import contrasts, evidence_of
+from grammarlab.city.softmax_process import evidence_of
 from grammarlab.city.zone_density import matern, places_km
 from grammarlab.city.zone_design import spread_order, whitened_kernels
 from grammarlab.city.zone_file import parse_zones, zones_text
@@ -16,11 +16,21 @@ from grammarlab.city.zone_learning import (
     LearnedZones,
     held_out_chances,
     learned_zones,
-    posterior_draw,
     shares_of_log_odds,
 )
 from grammarlab.errors import UsageError
-from tests.city.towns import ZONES, Truth, by_area, counts, divergence, everywhere_alike, sampled, three_rings, town
+from tests.city.towns import (
+    ZONES,
+    Truth,
+    by_area,
+    counts,
+    divergence,
+    everywhere_alike,
+    patches,
+    sampled,
+    three_rings,
+    town,
+)
 
 TOWN = town(2000)
 HASH = "0" * 64
@@ -151,17 +161,12 @@ def test_too_few_and_too_many_zones_are_refused():
         learned_zones(fields, np.zeros((3, 3)), ZONES, HASH)
 
 
-def test_draws_of_the_density_have_its_mean_and_the_covariance_of_the_weights():
-    learned = learn(three_rings, 64, 1, wrong=0.1)
-    rows = learned.design.rows(learned.fields)
-    covariance = evidence_of(rows, learned.counts).covariance
-    few = TOWN.take(np.arange(5))
-    design = learned.design.rows(few)
-    variance = np.einsum("id,adbe,ie->iab", design, covariance, design)
-    odds = np.stack([posterior_draw(learned, seed).log_odds(few) for seed in range(300)]) @ contrasts(3)
-    expected = learned.density.log_odds(few) @ contrasts(3)
-    sd = np.sqrt(np.einsum("iaa->ia", variance))
-    assert (np.abs(odds.mean(axis=0) - expected) < 4 * sd / np.sqrt(300) + 2e-3).all()
-    np.testing.assert_allclose(odds.std(axis=0), sd, rtol=0.2)
-    again = posterior_draw(learned, 7)
-    np.testing.assert_array_equal(again.weights, posterior_draw(learned, 7).weights)
+def test_a_density_has_its_answers_at_their_nearest_places():
+    learned = learn(patches, 64)
+    density = learned.density
+    assert density.scale > 0.0
+    np.testing.assert_array_equal(density.counts.sum(axis=0), learned.counts.sum(axis=0))
+    u = places_km(learned.fields, density.frame)
+    at_answers = density.log_odds(learned.fields) - matern(u, density.places, density.length) @ density.weights
+    order = np.argmin(np.linalg.norm(density.places[:, None] - u, axis=2), axis=1)
+    np.testing.assert_allclose(density.offsets, at_answers[order], atol=1e-3)

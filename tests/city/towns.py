@@ -54,6 +54,15 @@ def by_area(fields: ParcelFields) -> Floats:
     return ordered(0.6 + 0.4 * (np.log(fields.columns(["area"])[:, 0]) - np.log(540.0)))
 
 
+def patches(fields: ParcelFields) -> Floats:
+    """Three zones in patches of some 400 m: a smooth random field for each."""
+    rng = np.random.default_rng(5)
+    waves = rng.normal(size=(200, 2)) / 0.2
+    phase, size = rng.uniform(0, 2 * np.pi, 200), 3.0 * np.sqrt(2 / 200) * rng.normal(size=(200, 3))
+    chance = np.exp(np.cos(fields.east_north / 1000.0 @ waves.T + phase) @ size)
+    return chance / chance.sum(axis=1, keepdims=True)
+
+
 def everywhere_alike(fields: ParcelFields) -> Floats:
     """Zones that depend on nothing."""
     return np.tile([0.5, 0.3, 0.2], (len(fields), 1))
