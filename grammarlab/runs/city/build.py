@@ -114,7 +114,7 @@ def build_city(
         shards = {task.cell: record.tree for task, record in zip(tasks, records, strict=True)}
         grid, _ = _geography(survey)
         clear_city(folder, grid, shards, (TILESET, BUILDINGS_TILESET, *(() if cityjson else (BUILDINGS,))))
-        trees = tree_places(survey, zones, street_trees)
+        trees = tree_places(survey, zones, street_trees, folder)
         written = {cell: tree for cell, tree in shards.items() if tree}
         num_tiles = _write_tilesets(folder, survey, written, trees, implicit=implicit)
         failures = {name: message for record in records for name, message in record.failures.items()}
@@ -208,10 +208,10 @@ def _write_tilesets(
     if not trees:
         clear_trees(folder)
         return num_tiles
-    written = write_trees(folder, trees, grid, placement, survey.plan.seed)
+    num_tiles += write_trees(folder, trees, grid, placement, survey.plan.seed)
     if are_together:
         write_together(folder / TILESET, (BUILDINGS_TILESET, TREES_TILESET) if shards else (TREES_TILESET,))
-    return num_tiles + written.num_tiles
+    return num_tiles
 
 
 def _reasons(survey: Survey, failures: Mapping[str, str]) -> np.ndarray:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 import shapely
@@ -18,6 +20,7 @@ from grammarlab.city.tree_intensity import TreeIntensity, trees_in
 from grammarlab.errors import UsageError
 from grammarlab.geometry.footprints.area import Area
 from grammarlab.randomness import root_keys
+from grammarlab.runs.city.planted_parks import PlantedParks, PlantedTrees
 from grammarlab.runs.city.survey import Survey
 from grammarlab.runs.city.zone_rules import ZoneRules
 from grammarlab.runs.sample.species_models import species_to_run
@@ -52,23 +55,28 @@ class TreePlaces:
         return len(self.place)
 
 
-def tree_places(survey: Survey, zones: tuple[ZoneRules, ...], along_streets: ZoneRules | None) -> list[TreePlaces]:
+def tree_places(
+    survey: Survey, zones: tuple[ZoneRules, ...], along_streets: ZoneRules | None, folder: Path | None = None
+) -> list[TreePlaces]:
     """All trees of a city.
 
     Args:
         survey: the survey.
         zones: rules of the zones; those of species are parks.
         along_streets: the species along the streets, or the learned ones.
+        folder: folder of the city, in which planted parks are kept; None if they are not.
 
     Raises:
         UsageError: If a park has more trees than can be planted at once, or learned trees are in another system.
     """
+    parks = PlantedParks(folder)
     found = [
         places
         for number, rules in enumerate(zones)
         if rules.is_park
-        for places in (_learned_park if rules.species else _park)(survey, number, rules)
+        for places in _in_parks(survey, number, rules, parks)
     ]
+    parks.drop_others()
     trees = survey.plan.street_trees
     if trees is not None and along_streets is not None and survey.ground.streets is not None:
         points = street_tree_places(
@@ -97,28 +105,41 @@ def _outlines(survey: Survey, number: int) -> Outlines:
     return survey.parcels.outline[sites.parcel[sites.zone == number]]
 
 
-def _park(survey: Survey, number: int, rules: ZoneRules) -> list[TreePlaces]:
-    """Trees of all parks of a zone with one species; a park keeps its trees whatever the others are."""
-    outlines = _outlines(survey, number)
+def _in_parks(survey: Survey, number: int, rules: ZoneRules, parks: PlantedParks) -> list[TreePlaces]:
+    """Trees of all parks of a zone; a park keeps its trees whatever the others are."""
+    outlines, frame = _outlines(survey, number), survey.parcels.frame
     if len(outlines) == 0:
         return []
+    density = survey.plan.zones[number].trees_per_hectare
+    seed = survey.plan.seed
+    trees = parks.of_zone(
+        number,
+        (rules.name, rules.hash, seed, density, frame.crs, frame.origin),
+        outlines,
+        lambda: _learned(survey, outlines, rules) if rules.species else _of_one(survey, outlines, rules, density),
+    )
+    return _by_species(survey, rules.species or (rules,), trees.species, trees.east_north)
+
+
+def _of_one(survey: Survey, outlines: Outlines, rules: ZoneRules, density: float | None) -> PlantedTrees:
+    """Trees of one species in parks, by default as many as cover a share of them."""
     origin = np.array(survey.parcels.frame.origin)
     area = Area(tuple(shapely.transform(outlines, lambda points: points + origin)))
     crowns = CrownReach(species_of(rules), survey.plan.seed)
     spacing = Spacing(crowns, survey.plan.seed)
-    density = survey.plan.zones[number].trees_per_hectare
     if density is None:
         density = HECTARE / (_CROWN_AREA * np.pi * float((spacing.references**2).mean()))
-    return [_places(survey, rules, planted(area, spacing, density=density).coordinates - origin)]
+    points = planted(area, spacing, density=density).coordinates - origin
+    return PlantedTrees(np.zeros(len(points), np.int64), points)
 
 
-def _learned_park(survey: Survey, number: int, rules: ZoneRules) -> list[TreePlaces]:
-    """Trees of all parks of a zone with learned species; a park keeps its trees whatever the others are."""
+def _learned(survey: Survey, outlines: Outlines, rules: ZoneRules) -> PlantedTrees:
+    """Trees of learned species in parks, as many as were learned."""
     intensity, shift = _placed(survey, rules)
-    area = shapely.union_all(shapely.transform(_outlines(survey, number), lambda points: points + shift))
+    area = shapely.union_all(shapely.transform(outlines, lambda points: points + shift))
     radii = [_crown(species, survey.plan.seed) for species in rules.species]
     trees = trees_in(area, intensity, radii, survey.plan.seed)
-    return _by_species(survey, rules, trees.species, trees.east_north - shift)
+    return PlantedTrees(trees.species, trees.east_north - shift)
 
 
 def _along_streets(survey: Survey, rules: ZoneRules, points: Floats) -> list[TreePlaces]:
@@ -128,7 +149,7 @@ def _along_streets(survey: Survey, rules: ZoneRules, points: Floats) -> list[Tre
     intensity, shift = _placed(survey, rules)
     points = np.round(points, _DECIMALS)
     ids = np.array(_texts(points + survey.parcels.frame.origin), object)
-    return _by_species(survey, rules, intensity.species_at(points + shift, ids, survey.plan.seed), points)
+    return _by_species(survey, rules.species, intensity.species_at(points + shift, ids, survey.plan.seed), points)
 
 
 def _placed(survey: Survey, rules: ZoneRules) -> tuple[TreeIntensity, Floats]:
@@ -146,9 +167,9 @@ def _placed(survey: Survey, rules: ZoneRules) -> tuple[TreeIntensity, Floats]:
     return intensity, np.subtract(frame.origin, intensity.frame.origin)
 
 
-def _by_species(survey: Survey, rules: ZoneRules, number: Ints, points: Floats) -> list[TreePlaces]:
-    """Trees [n] by their species."""
-    return [_places(survey, species, points[number == row]) for row, species in enumerate(rules.species)]
+def _by_species(survey: Survey, species: Sequence[ZoneRules], number: Ints, points: Floats) -> list[TreePlaces]:
+    """Trees [n] by the numbers of their species."""
+    return [_places(survey, rules, points[number == row]) for row, rules in enumerate(species)]
 
 
 @lru_cache(maxsize=64)

@@ -10,6 +10,7 @@ import pytest
 import shapely
 
 from grammarlab.city.plan import read_plan
+from grammarlab.runs.city import tree_places as tree_places_module
 from grammarlab.runs.city.build import build_city
 from grammarlab.runs.city.survey import surveyed
 from grammarlab.runs.city.tree_places import NUM_GROWN, tree_places
@@ -96,8 +97,50 @@ def test_a_city_without_trees_any_more_has_none(plan: Path, tmp_path: Path):
     build_city(plan, folder)
     assert not (folder / "trees.json").exists()
     assert not (folder / "trees").exists()
+    assert not list((folder / "parks").iterdir())
     assert not (folder / "buildings.json").exists()
     assert "content" in json.loads((folder / "tileset.json").read_text())["root"]
+
+
+CHANGES = {
+    "density": ("trees_per_hectare = 40", "trees_per_hectare = 30"),
+    "parks": ("park_share = 0.3", "park_share = 0.4"),
+    "species": ("branches_1 = 6", "branches_1 = 9"),
+    "street trees": ("spacing = 20", "spacing = 30"),
+    "parcels": ('size = "260x180"', 'size = "260x180"\nparcels = { area = 300 }'),
+    "kind of tileset": ("", ""),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_changed_trees_are_those_of_a_city_from_nothing(plan: Path, tmp_path: Path, name: str):
+    build_city(plan, tmp_path / "city")
+    old, new = CHANGES[name]
+    for file in (plan, plan.parent / "pole.toml"):
+        file.write_text(file.read_text().replace(old, new) if old else file.read_text())
+    implicit = name == "kind of tileset"
+    build_city(plan, tmp_path / "city", implicit=implicit)
+    build_city(plan, tmp_path / "new", implicit=implicit)
+    assert files_of(tmp_path / "city") == files_of(tmp_path / "new")
+
+
+def test_parks_are_planted_once(plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    build_city(plan, tmp_path / "city")
+    calls = []
+    monkeypatch.setattr(tree_places_module, "planted", lambda *_arguments, **_density: calls.append(1))
+    build_city(plan, tmp_path / "city")
+    assert calls == []
+
+
+@pytest.mark.parametrize("pattern", ["parks/*.trees", "trees/*.glb", "trees/record.json", "trees.json"])
+def test_damaged_trees_are_made_again(plan: Path, tmp_path: Path, pattern: str):
+    build_city(plan, tmp_path / "city")
+    whole = files_of(tmp_path / "city")
+    for path in (tmp_path / "city").glob(pattern):
+        path.write_bytes(path.read_bytes()[:-1])
+    assert files_of(tmp_path / "city") != whole
+    build_city(plan, tmp_path / "city")
+    assert files_of(tmp_path / "city") == whole
 
 
 def test_an_implicit_city_has_its_trees_beside_it(plan: Path, tmp_path: Path):
