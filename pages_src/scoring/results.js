@@ -15,11 +15,12 @@ const SHEET = 16;
  * @param {Page} page
  */
 export function makeResults(page) {
-  const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), {
-    title: "Write a grammar whose samples follow your scores",
+  const { learns } = page.state;
+  const learn = textButton(`Learn ${learns}`, () => busyWith(learn, learnGrammar), {
+    title: `Write a ${learns} whose samples follow your scores`,
   });
   const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), {
-    title: `Pictures of ${SHEET} samples of the learned grammar`,
+    title: `Pictures of ${SHEET} samples of the learned ${learns}`,
   });
   const picker = element("input", {
     type: "file",
@@ -64,7 +65,7 @@ export function makeResults(page) {
   async function drawSheet() {
     const { result, buffers } = await page.channel.request("sheet", { num: SHEET });
     const link = saveLink(result.file, buffers, "image/png");
-    outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned grammar` }), link);
+    outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned ${learns}` }), link);
   }
 
   /** @param {() => void} close */

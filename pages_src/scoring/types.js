@@ -31,6 +31,7 @@
  * @typedef {object} State everything Python tells, whole each time it changes
  * @property {number} protocol
  * @property {string} title
+ * @property {"grammar" | "species"} learns what is learned from the scores
  * @property {string} session
  * @property {number} revision number of the last event stored
  * @property {Factor[]} factors

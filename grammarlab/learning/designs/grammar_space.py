@@ -18,7 +18,8 @@ from grammarlab.derivation.forest import Forest, origin_of, way_to
 from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
-from grammarlab.errors import UsageError
+from grammarlab.derivation.state.width_attribute import STREET_WIDTH
+from grammarlab.errors import UsageError, shown
 from grammarlab.features.acceptance import Acceptance
 from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.features.columns.feature_table import FeatureTable
@@ -275,20 +276,44 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         """Models that differ in seed and index only."""
         start_rule, attributes, footprint = addresses[0][3:]
         values = json.loads(attributes)
+        widths = values.pop(STREET_WIDTH) if isinstance(values.get(STREET_WIDTH), str) else None
         unknown = [name for name in values if name not in self.grammar.attributes]
         if unknown:
             raise UsageError(f"labels give a value to {unknown[0]}, which is not an attribute of the grammar.")
         return Lots.at(
             [address.seed for address in addresses],
             [address.model for address in addresses],
-            _polygon(footprint) if footprint else DEFAULT_FOOTPRINT,
+            polygon_of_label(footprint) if footprint else DEFAULT_FOOTPRINT,
             fit_properties(values, self.grammar),
             start_rule or None,
+            None if widths is None else widths_of_label(widths),
         )
 
 
-def _polygon(text: str) -> Footprint:
-    """The footprint of a label. A label is data: it cannot name other files to read."""
+def widths_of_label(text: str) -> list[float]:
+    """Widths of the streets along the edges of the footprint of a label, from its attribute ``streetWidth``.
+
+    Raises:
+        UsageError: If they are no numbers.
+
+    >>> widths_of_label("8;0;0;6")
+    [8.0, 0.0, 0.0, 6.0]
+    """
+    try:
+        return [float(part) for part in text.split(";")]
+    except ValueError:
+        message = f'streetWidth of a label: expected a width for each edge such as "8;0;0;6", found {shown(text)}.'
+        raise UsageError(message) from None
+
+
+def polygon_of_label(text: str) -> Footprint:
+    """The footprint of a label.
+
+    A label is data: it cannot name other files to read.
+
+    Raises:
+        UsageError: If it is no footprint, or a file.
+    """
     if text.lower().endswith((".json", ".geojson")) or existing(text) is not None:
         raise UsageError(f"footprint {text!r} of a label is a file; expected 20x12 or WKT.")
     plan = read_footprint_map(text)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
+from grammarlab.errors import GrammarlabError
+from grammarlab.pages.city.site_labels import SiteLabels
 from grammarlab.pages.workers.worker_pool import Handler, Report
-from grammarlab.preference.labels import Labels
 
 Rebuild = Callable[[Path, Sequence[str]], Sequence[str]]
 """Builds parcels of a city again by its folder and their ids; returns the addresses of the changed tiles."""
@@ -31,7 +32,9 @@ class LearnZone:
     zone: str
     grammar: str
     """Name or path of its grammar."""
-    labels: Labels
+    labels: SiteLabels
+    plan: Path
+    """Plan of the city."""
     session: str
     """Name of the session file."""
     file: Path
@@ -80,10 +83,17 @@ def builder(rebuild: str) -> Handler:
 
 def _learn(task: LearnZone, report: Report) -> LearnedZone:
     # It loads JAX, which building does not need.
+    # It needs the extra `city`, which seeing does not.
+    from grammarlab.pages.city.site_values import with_site_values  # noqa: PLC0415
     from grammarlab.runs.learn.from_labels import learn_from_labels  # noqa: PLC0415
 
     report("learning", 0, 1)
-    result = learn_from_labels(task.grammar, task.labels, task.file, labels_from=task.session, seed=task.seed)
+    missing = ""
+    try:
+        labels = with_site_values(task.labels, task.plan)
+    except GrammarlabError as error:  # a map that has moved: outlines and scores are enough to learn something
+        labels, missing = task.labels.labels, f" (without the attributes of parcels: {error})"
+    result = learn_from_labels(task.grammar, labels, task.file, labels_from=task.session, seed=task.seed)
     relevant = ", ".join(entry.name for entry in result.relevances[:2])
     about = f": {relevant}" if relevant else ""
-    return LearnedZone(f"learned from {result.num_labels} scores{about}")
+    return LearnedZone(f"learned from {result.num_labels} scores{about}{missing}")

@@ -155,7 +155,8 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         source = find_rules(zone.grammar)
         file = sessions.learned_file(zone)
         labels = site_labels(self.facts, zone, sessions.factors(zone), hash_of(source.text()))
-        task = LearnZone(name, zone.grammar, labels, sessions.path(zone).name, file, self._plan().seed)
+        plan = self._plan()
+        task = LearnZone(name, zone.grammar, labels, plan.path, sessions.path(zone).name, file, plan.seed)
         self._submit(f"learning {name}…", task, partial(self._take_learned, name, file))
 
     def state(self) -> dict[str, Any]:

@@ -85,6 +85,15 @@ def _forest(plan: Path, plan_time: int, pins_time: int, parcel: str) -> Forest |
     return rules.source.derive(replace(site, attributes=values).lots()).forest
 
 
+def survey_of(plan: Path) -> Survey:
+    """The survey of a plan; made again when the file or its pins have changed.
+
+    Raises:
+        GrammarlabError: If a file of the plan cannot be used.
+    """
+    return _survey(plan, _time(plan), _time(read_plan(plan).pins))
+
+
 @lru_cache(maxsize=2)
 def _survey(plan: Path, _plan_time: int, _pins_time: int) -> Survey:
     """The survey of a plan; made again when the file or its pins have changed."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -17,11 +17,22 @@ from grammarlab.pages.record.judgements import Scores
 from grammarlab.preference.labels import MAX_TEXT, Label, Labels
 
 
-def site_labels(facts: ParcelFacts, zone: ZonePlan, factors: Mapping[str, Scores], grammar: str) -> Labels:
+@dataclass(frozen=True, slots=True)
+class SiteLabels:
+    """Labels of a zone."""
+
+    labels: Labels
+    """[n] labels."""
+    parcels: tuple[str, ...]
+    """[n] id of the parcel of each; empty for models of the pool."""
+
+
+def site_labels(facts: ParcelFacts, zone: ZonePlan, factors: Mapping[str, Scores], grammar: str) -> SiteLabels:
     """Labels of all scores of single models in a session of a zone.
 
     A building that stands on a parcel now, or stood there before it was rerolled, is labelled with its footprint and
-    with the attributes that the plan gives to all buildings of the zone. All other models are those of the pool.
+    with the attributes that the plan gives to all buildings of the zone; `grammarlab.pages.city.site_values` adds those
+    of its parcel. All other models are those of the pool.
 
     Args:
         facts: the parcels.
@@ -34,7 +45,7 @@ def site_labels(facts: ParcelFacts, zone: ZonePlan, factors: Mapping[str, Scores
     attributes = json.dumps(
         {name: value for name, value in zone.attributes.items() if not isinstance(value, FieldFormula)}
     )
-    labels = []
+    labels, ids = list[Label](), list[str]()
     for factor, scores in factors.items():
         for subject, judgement in scores.items():
             if " " in subject:
@@ -42,8 +53,10 @@ def site_labels(facts: ParcelFacts, zone: ZonePlan, factors: Mapping[str, Scores
             address = Address.parse(subject)
             label = replace(address.label(factor, judgement.score, hashes), kind=judgement.kind)
             row = None if address.flat else parcels.get((address.seed, address.model))
-            labels.append(label if row is None else _on_parcel(label, facts, row, zone.start, attributes))
-    return Labels(tuple(labels))
+            placed = None if row is None else _on_parcel(label, facts, row, zone.start, attributes)
+            labels.append(placed or label)
+            ids.append("" if row is None or placed is None else facts.rows.id[row])
+    return SiteLabels(Labels(tuple(labels)), tuple(ids))
 
 
 def _parcels_of_models(facts: ParcelFacts) -> dict[tuple[int, int], int]:
@@ -57,15 +70,15 @@ def _parcels_of_models(facts: ParcelFacts) -> dict[tuple[int, int], int]:
     return rows | {address: row for row, address in enumerate(zip(seeds, models, strict=True))}
 
 
-def _on_parcel(label: Label, facts: ParcelFacts, row: int, start: str, attributes: str) -> Label:
-    """The label with the footprint of a parcel; unchanged if that is unknown or has too many corners."""
+def _on_parcel(label: Label, facts: ParcelFacts, row: int, start: str, attributes: str) -> Label | None:
+    """The label with the footprint of a parcel; None if that is unknown or has too many corners."""
     outline = facts.rows.lot[row]
     if outline is None:
-        return label
+        return None
     corner = np.floor(np.array(outline.bounds[:2]))
     text = shapely.to_wkt(shapely.transform(outline, lambda points: points - corner), 3)
     if len(text) > MAX_TEXT:
-        return label
+        return None
     return replace(label, footprint=text, start_rule=start, attributes=attributes)
 
 

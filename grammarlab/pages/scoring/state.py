@@ -14,6 +14,7 @@ from grammarlab.pages.scoring.populate import WAYS
 from grammarlab.pages.windows import PROTOCOL, Message
 from grammarlab.pages.workers.tasks import Predictions, Singles
 from grammarlab.preference.labels import Kind
+from grammarlab.runs.sample.domains import SPECIES
 
 _VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather", -1, "second"), ("tie", 1, "alike"))
 """Messages, each with its order of models."""
@@ -33,6 +34,7 @@ def state_of(desk: SessionDesk) -> Message:
     return {
         "protocol": PROTOCOL,
         "title": display.store.about.title,
+        "learns": "species" if display.store.about.suffix == SPECIES else "grammar",
         "session": desk.target.name,
         "revision": record.revision,
         "factors": [

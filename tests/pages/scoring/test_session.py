@@ -24,7 +24,7 @@ def test_the_first_grid_shows_samples_of_the_grammar(session: Session):
     assert len(set(models)) == 32
     assert {model[0] for model in models} == {"g"}
     assert set(state["models"]) == set(models)
-    assert state["title"] == "tower"
+    assert (state["title"], state["learns"]) == ("tower", "grammar")
     assert state["session"] == "towers.db"
     assert state["layout"] == {"grids": 2, "rows": 4, "columns": 4}
     assert state["factors"] == [{"id": 1, "name": "overall", "labels": 0}]
@@ -88,6 +88,11 @@ def test_files_of_any_name_begin_sessions(tmp_path: Path):
     with closing(Session(str(rules), tmp_path / "a b.db", jobs=0)) as session:
         assert session.call("state")[0]["title"] == "my _tower_ _2_"
     Session(str(rules), tmp_path / "a b.db", jobs=0).close()
+
+
+def test_a_session_of_trees_learns_a_species(tmp_path: Path):
+    with closing(Session("shrub", tmp_path / "shrubs.db", jobs=0)) as session:
+        assert session.call("state")[0]["learns"] == "species"
 
 
 def test_another_process_on_the_file_is_seen(session: Session, tmp_path: Path, rules: str):

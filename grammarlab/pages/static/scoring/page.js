@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 799d987df89a97fb */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 130d39299f6a3ae9 */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -1622,11 +1622,12 @@ var FORMATS = {
 };
 var SHEET = 16;
 function makeResults(page) {
-  const learn = textButton("Learn grammar", () => busyWith(learn, learnGrammar), {
-    title: "Write a grammar whose samples follow your scores"
+  const { learns } = page.state;
+  const learn = textButton(`Learn ${learns}`, () => busyWith(learn, learnGrammar), {
+    title: `Write a ${learns} whose samples follow your scores`
   });
   const sheet = textButton("Check sheet", () => busyWith(sheet, drawSheet), {
-    title: `Pictures of ${SHEET} samples of the learned grammar`
+    title: `Pictures of ${SHEET} samples of the learned ${learns}`
   });
   const picker = element("input", {
     type: "file",
@@ -1670,7 +1671,7 @@ function makeResults(page) {
   async function drawSheet() {
     const { result, buffers } = await page.channel.request("sheet", { num: SHEET });
     const link = saveLink(result.file, buffers, "image/png");
-    outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned grammar` }), link);
+    outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned ${learns}` }), link);
   }
   function buildFormats(close) {
     return Object.entries(FORMATS).map(
