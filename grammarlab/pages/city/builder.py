@@ -25,7 +25,7 @@ class BuildAgain:
     """Ids of the parcels."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class LearnZone:
     """Task: learn the grammar of a zone from scores: `LearnedZone`."""
 

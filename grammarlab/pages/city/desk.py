@@ -156,7 +156,15 @@ class CityDesk(AbstractDocumentDesk[Choices]):
         file = sessions.learned_file(zone)
         labels = site_labels(self.facts, zone, sessions.factors(zone), hash_of(source.text()))
         plan = self._plan()
-        task = LearnZone(name, zone.grammar, labels, plan.path, sessions.path(zone).name, file, plan.seed)
+        task = LearnZone(
+            zone=name,
+            grammar=zone.grammar,
+            labels=labels,
+            plan=plan.path,
+            session=sessions.path(zone).name,
+            file=file,
+            seed=plan.seed,
+        )
         self._submit(f"learning {name}…", task, partial(self._take_learned, name, file))
 
     def state(self) -> dict[str, Any]:
