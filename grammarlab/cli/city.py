@@ -28,6 +28,12 @@ def build(
     cityjson: Annotated[
         bool, typer.Option("--cityjson", help="Write city.city.jsonl (CityJSONSeq 2.0) as well.")
     ] = False,
+    cityjson_lods: Annotated[
+        str,
+        typer.Option(
+            "--cityjson-lods", help="Write city.city.jsonl with some levels of detail only: a list of 1, 2 and 3 (1,2)."
+        ),
+    ] = "",
     implicit: Annotated[
         bool, typer.Option("--implicit", help="Write an implicit tileset, whose tree needs no lists of tiles.")
     ] = False,
@@ -41,11 +47,13 @@ def build(
     """
     unfinished = Unfinished()
     with friendly_errors(unfinished.advice), progress(unfinished.note) as show:
+        from grammarlab.export.cityjson import LEVELS, levels_of
         from grammarlab.runs.city.build import build_city
         from grammarlab.runs.work.executors import executor_of
 
+        levels = levels_of(cityjson_lods) if cityjson_lods else LEVELS if cityjson else ()
         result = build_city(
-            plan, output, executor=executor_of(workers), cityjson=cityjson, implicit=implicit, on_progress=show
+            plan, output, executor=executor_of(workers), cityjson=levels, implicit=implicit, on_progress=show
         )
     _say_remarks(result)
     if as_json:

@@ -126,6 +126,21 @@ def head_line(frame: Frame) -> bytes:
     return _line(head)
 
 
+def levels_of(text: str) -> tuple[Level, ...]:
+    """Levels of detail from a list such as ``1,2``, in ascending order.
+
+    Raises:
+        UsageError: If it names none, or others.
+
+    >>> levels_of("3, 1")
+    ('1', '3')
+    """
+    names = [name.strip() for name in text.split(",")]
+    if not set(names) <= set(LEVELS):
+        raise UsageError(f"expected levels of detail among {', '.join(LEVELS)}, such as 1,2, found {text!r:.40}")
+    return tuple(level for level in LEVELS if level in names)
+
+
 def building_line(building: CityBuilding, levels: Iterable[Level] = LEVELS) -> bytes:
     """Line of one building.
 

@@ -108,3 +108,12 @@ def test_species_are_learned_from_a_map_of_trees(run, plan, tmp_path):
     report = json.loads(run("city", "learn", plan, "--trees", "--json").stdout)
     assert (report["trees"], report["unknown"]) == ({"oak": 11}, {"Tilia": 6})
     assert "both" in run("city", "learn", plan, "--trees", "--answers", plan, code=2).stderr
+
+
+def test_levels_of_cityjson_are_chosen(run, plan, tmp_path):
+    run("city", "build", plan, "-o", tmp_path / "city", "--workers", "1", "--cityjson-lods", "1")
+    _, line, *_ = (tmp_path / "city" / "city.city.jsonl").read_text().splitlines()
+    (thing,) = json.loads(line)["CityObjects"].values()
+    assert [geometry["lod"] for geometry in thing["geometry"]] == ["1"]
+    message = run("city", "build", plan, "-o", tmp_path / "city", "--cityjson-lods", "1,4", code=2).stderr
+    assert "expected levels of detail among 1, 2, 3, such as 1,2, found '1,4'" in message

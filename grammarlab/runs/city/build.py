@@ -15,7 +15,7 @@ import numpy as np
 from grammarlab.about import __version__
 from grammarlab.arrays import Ints
 from grammarlab.city.plan import read_plan
-from grammarlab.export.cityjson import CityJsonWriter
+from grammarlab.export.cityjson import CityJsonWriter, Level
 from grammarlab.export.tiles.city_tileset import TILESET, write_city
 from grammarlab.export.tiles.composite_tileset import write_together
 from grammarlab.export.tiles.earth_placement import EarthPlacement
@@ -76,12 +76,22 @@ class CityResult:
         return self.folder / PARCELS
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BuildOptions:
+    """Which files a city has."""
+
+    implicit: bool
+    """Whether the tileset is implicit."""
+    cityjson: tuple[Level, ...]
+    """Levels of detail of `BUILDINGS`."""
+
+
 def build_city(
     plan: Path,
     folder: Path,
     *,
     executor: AbstractExecutor = SERIAL,
-    cityjson: bool = False,
+    cityjson: tuple[Level, ...] = (),
     implicit: bool = False,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> CityResult:
@@ -94,7 +104,7 @@ def build_city(
         plan: file of the plan.
         folder: made if missing; the files of an earlier city in it are replaced.
         executor: builds the shards; the files do not depend on it.
-        cityjson: write `BUILDINGS` as well.
+        cityjson: levels of detail of `BUILDINGS`, which is not written if there are none.
         implicit: write an implicit tileset.
         on_progress: called after every finished shard.
 
@@ -123,7 +133,7 @@ def build_city(
         ParcelListing(survey=survey, zones=zones, grid=grid, reason=reason, reports=reports).write(folder / PARCELS)
         if cityjson:
             _write_buildings(folder / BUILDINGS, survey, tasks)
-        _write_city(folder / CITY, survey, zones, implicit=implicit)
+        _write_city(folder / CITY, survey, zones, BuildOptions(implicit=implicit, cityjson=cityjson))
     empty = Counter(reason[reason != ""].tolist())
     return CityResult(
         folder=folder,
@@ -140,7 +150,9 @@ def build_city(
     )
 
 
-def shard_tasks(survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, cityjson: bool) -> tuple[ShardTask, ...]:
+def shard_tasks(
+    survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, cityjson: tuple[Level, ...] = ()
+) -> tuple[ShardTask, ...]:
     """The shards of a city, in Morton order."""
     is_park = np.array([rules.is_park for rules in zones], np.bool_)
     sites = survey.sites.take(np.flatnonzero(~is_park[survey.sites.zone]))
@@ -228,7 +240,7 @@ def _write_buildings(path: Path, survey: Survey, tasks: Sequence[ShardTask]) -> 
                 writer.add_lines(lines)
 
 
-def _write_city(path: Path, survey: Survey, zones: Sequence[ZoneRules], *, implicit: bool) -> None:
+def _write_city(path: Path, survey: Survey, zones: Sequence[ZoneRules], options: BuildOptions) -> None:
     plan, frame = survey.plan, survey.parcels.frame
     values = {
         "grammarlab": __version__,
@@ -236,7 +248,8 @@ def _write_city(path: Path, survey: Survey, zones: Sequence[ZoneRules], *, impli
         "crs": frame.crs,
         "origin": list(frame.origin),
         "seed": str(plan.seed),
-        "implicit": implicit,
+        "implicit": options.implicit,
+        "cityjson": list(options.cityjson),
         "zones": {rules.zone: {"grammar": rules.name, "hash": rules.hash} for rules in zones},
         "remarks": [str(remark) for remark in survey.ground.remarks],
     }

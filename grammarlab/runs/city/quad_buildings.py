@@ -11,7 +11,7 @@ import shapely
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city.sites import Sites
-from grammarlab.export.cityjson import CityBuilding, building_line
+from grammarlab.export.cityjson import CityBuilding, Level, building_line
 from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
 from grammarlab.export.tiles.tile_models import TileModels
 from grammarlab.runs.city.quad import Quad
@@ -52,11 +52,15 @@ class QuadBuildings:
             (cell, tile) for cell, first, last in self._spans() if (tile := self._tile(cell, first, last)) is not None
         ]
 
-    def lines(self) -> Iterator[bytes]:
-        """Lines of CityJSON of all buildings, leaf by leaf."""
+    def lines(self, levels: tuple[Level, ...]) -> Iterator[bytes]:
+        """Lines of CityJSON of all buildings, leaf by leaf.
+
+        Args:
+            levels: levels of detail of the lines.
+        """
         for _, first, last in self._spans():
             for buildings, models, rows in self._built(first, last):
-                yield from self._lines(buildings, models, rows)
+                yield from self._lines(buildings, models, rows, levels)
 
     def failures(self) -> dict[str, str]:
         """Messages by ids of the parcels whose buildings could not be derived."""
@@ -128,7 +132,7 @@ class QuadBuildings:
             }
         )
 
-    def _lines(self, buildings: MadeBuildings, models: Ints, rows: Ints) -> Iterator[bytes]:
+    def _lines(self, buildings: MadeBuildings, models: Ints, rows: Ints, levels: tuple[Level, ...]) -> Iterator[bytes]:
         """Lines of some buildings."""
         sites, scene = self.source.sites, buildings.scene
         if scene is None:
@@ -154,7 +158,7 @@ class QuadBuildings:
                 },
                 plinth=float(sites.plinth[row]),
             )
-            yield building_line(building)
+            yield building_line(building, levels)
 
 
 def quad_buildings(source: SitesOfShard, quads: Sequence[Quad]) -> Iterator[QuadBuildings]:

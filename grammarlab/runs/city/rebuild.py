@@ -8,8 +8,9 @@ from pathlib import Path
 from time import time_ns
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.export.cityjson import levels_of
 from grammarlab.files import read_bounded
-from grammarlab.runs.city.build import BUILDINGS, CITY, build_city
+from grammarlab.runs.city.build import CITY, BuildOptions, build_city
 from grammarlab.runs.city.parcel_listing import TILES
 
 _MAX_BYTES = 1 << 26
@@ -30,24 +31,25 @@ def rebuild(folder: Path, parcels: Sequence[str]) -> list[str]:
     """
     if not parcels:
         return []
-    plan, implicit = plan_of_city(folder)
+    plan, options = plan_of_city(folder)
     start = time_ns()
-    build_city(plan, folder, cityjson=(folder / BUILDINGS).is_file(), implicit=implicit)
+    build_city(plan, folder, cityjson=options.cityjson, implicit=options.implicit)
     tiles = sorted(path for path in (folder / TILES).rglob("*.glb") if path.stat().st_mtime_ns >= start)
     return [path.relative_to(folder).as_posix() for path in tiles]
 
 
-def plan_of_city(folder: Path) -> tuple[Path, bool]:
-    """The plan of a built city, and whether its tileset is implicit.
+def plan_of_city(folder: Path) -> tuple[Path, BuildOptions]:
+    """The plan of a built city, and which files it has.
 
     Raises:
         UsageError: If the folder has no city, or the plan is gone.
     """
     try:
         values = json.loads(read_bounded(folder / CITY, _MAX_BYTES))
-        plan, implicit = Path(values["plan"]), bool(values["implicit"])
-    except (AssetError, OSError, ValueError, TypeError, KeyError, RecursionError) as error:
+        levels = levels_of(",".join(values["cityjson"])) if values["cityjson"] else ()
+        plan, options = Path(values["plan"]), BuildOptions(implicit=bool(values["implicit"]), cityjson=levels)
+    except (AssetError, UsageError, OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise UsageError(f"{folder}: expected a city. Make one: grammarlab city build PLAN.toml -o {folder}") from error
     if not plan.is_file():
         raise UsageError(f"{folder}: its plan {plan} is gone. Build it from another one: grammarlab city build")
-    return plan, implicit
+    return plan, options

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.about import __version__
+from grammarlab.export.cityjson import Level
 from grammarlab.export.model_files import whole_file
 from grammarlab.export.tiles.branch_file import read_tree
 from grammarlab.export.tiles.earth_placement import EarthPlacement
@@ -52,8 +53,8 @@ class ShardTask:
     placement: EarthPlacement
     source: SitesOfShard
     """The sites without those of parks, and their rules."""
-    cityjson: bool = False
-    """Whether lines of CityJSON are written as well."""
+    cityjson: tuple[Level, ...] = ()
+    """Levels of detail of the lines of CityJSON; no lines are written if there are none."""
 
     def __str__(self) -> str:
         return f"shard {self.cell.x}, {self.cell.y} with {len(self.source.sites)} parcels"
@@ -173,7 +174,7 @@ def _built_quad(task: ShardTask, writer: TileWriter, buildings: QuadBuildings) -
     record = QuadRecord(
         key=quad.key,
         has_tiles=bool(leaves),
-        lines=_write_lines(lines_path(task.home, quad.cell), buildings.lines()) if task.cityjson else "",
+        lines=_write_lines(lines_path(task.home, quad.cell), buildings.lines(task.cityjson)) if task.cityjson else "",
         failures=buildings.failures(),
         reports=buildings.reports(),
         missing_assets=buildings.missing_assets(),

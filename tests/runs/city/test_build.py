@@ -11,6 +11,7 @@ import shapely
 
 from grammarlab.city.parcel_addresses import Pins, excluded, rerolled, save_pins
 from grammarlab.errors import UsageError
+from grammarlab.export.cityjson import LEVELS
 from grammarlab.runs.city.build import FAILED, build_city
 from grammarlab.runs.city.parcel_reading import read_parcel_table
 from grammarlab.runs.city.rebuild import rebuild
@@ -24,7 +25,7 @@ def plan(tmp_path: Path) -> Path:
 
 
 def test_every_parcel_is_listed_once(plan: Path, tmp_path: Path):
-    result = build_city(plan, tmp_path / "city", cityjson=True)
+    result = build_city(plan, tmp_path / "city", cityjson=LEVELS)
     rows = read_parcel_table(tmp_path / "city" / "parcels.parquet")
     assert sorted(rows.id) == sorted(boxes())
     assert result.num_parcels == len(boxes()) == result.num_built + sum(result.empty.values())
@@ -38,10 +39,10 @@ def test_every_parcel_is_listed_once(plan: Path, tmp_path: Path):
 
 
 def test_the_order_of_the_map_and_of_workers_changes_nothing(plan: Path, tmp_path: Path):
-    build_city(plan, tmp_path / "one", cityjson=True)
+    build_city(plan, tmp_path / "one", cityjson=LEVELS)
     order = list(np.random.default_rng(1).permutation(list(boxes())))
     other = write_plan(tmp_path / "other", boxes(), order)
-    build_city(other, tmp_path / "two", cityjson=True, executor=Processes(2))
+    build_city(other, tmp_path / "two", cityjson=LEVELS, executor=Processes(2))
     assert files_of(tmp_path / "one") == files_of(tmp_path / "two")
 
 
@@ -118,7 +119,7 @@ def test_a_city_in_which_nothing_can_be_built_lists_every_parcel(plan: Path, tmp
     build_city(plan, tmp_path / "city")
     (plan.parent / "chance.cga").write_text("Lot --> extrude(1 / 0) X.")
     (plan.parent / "rules.cga").write_text("attr height = 1\nLot --> extrude(height / 0) X.")
-    result = build_city(plan, tmp_path / "city", cityjson=True)
+    result = build_city(plan, tmp_path / "city", cityjson=LEVELS)
     assert (result.num_built, result.num_tiles) == (0, 0)
     assert sum(result.empty.values()) == len(boxes())
     assert not list((tmp_path / "city").rglob("*.glb"))

@@ -17,6 +17,7 @@ import shapely
 
 from grammarlab.city.plan import read_plan
 from grammarlab.city.sites import Sites
+from grammarlab.export.cityjson import LEVELS
 from grammarlab.export.tiles.simplified_models import simplified
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.runs.city.build import build_city
@@ -149,8 +150,8 @@ def test_level_ground_changes_nothing_but_heights(tmp_path: Path):
     """The bytes of a shard's models depend on the terrain by plinths and heights alone."""
     flat = write_plan(tmp_path / "flat", boxes())
     level = write_hill_plan(tmp_path / "level", lambda east, _north: 0.0 * east)
-    build_city(flat, tmp_path / "one", cityjson=True)
-    build_city(level, tmp_path / "two", cityjson=True)
+    build_city(flat, tmp_path / "one", cityjson=LEVELS)
+    build_city(level, tmp_path / "two", cityjson=LEVELS)
     one, two = files_of(tmp_path / "one"), files_of(tmp_path / "two")
     for files in (one, two):  # keys, and fields of parcels that rules might have seen
         for name in [name for name in files if re.search(r"record\.json|/quads/.*\.json$|\.branch$|\.parquet$", name)]:
@@ -160,7 +161,7 @@ def test_level_ground_changes_nothing_but_heights(tmp_path: Path):
 
 def test_tiles_and_cityjson_reach_the_ground(tmp_path: Path):
     plan = write_hill_plan(tmp_path / "plan")
-    result = build_city(plan, tmp_path / "city", cityjson=True)
+    result = build_city(plan, tmp_path / "city", cityjson=LEVELS)
     assert result.most_draws <= 10
     survey, _ = survey_of(plan)
     ground = dict(zip(survey.parcels.id[survey.sites.parcel], lowest_ground(survey.sites), strict=True))

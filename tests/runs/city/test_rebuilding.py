@@ -11,12 +11,14 @@ import shapely
 
 from grammarlab.city.parcel_addresses import Pins, excluded, pinned, placed_in, read_pins, rerolled, save_pins
 from grammarlab.city.sites import Sites
+from grammarlab.export.cityjson import LEVELS
 from grammarlab.runs.city import quad_buildings, shard
 from grammarlab.runs.city.build import build_city
 from grammarlab.runs.city.parcel_reading import read_parcel_table
 from grammarlab.runs.city.rebuild import rebuild
 from grammarlab.runs.city.zone_rules import MadeBuildings, ZoneRules
 from grammarlab.runs.work.executors import Processes
+from tests.export.cityjson_checks import Feature, features_of, geometry_of, surfaces_of
 from tests.runs.city.plans import boxes, write_map, write_plan
 
 FAR = {f"far-{number}": shapely.box(900 + 22 * number, 300, 922 + 22 * number, 330) for number in range(3)}
@@ -86,16 +88,16 @@ CHANGES: dict[str, Callable[[Path], None]] = {
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_changed_city_is_one_from_nothing(plan: Path, tmp_path: Path, name: str):
-    build_city(plan, tmp_path / "city", cityjson=True)
+    build_city(plan, tmp_path / "city", cityjson=LEVELS)
     before = contents(tmp_path / "city")
     CHANGES[name](plan)
-    build_city(plan, tmp_path / "city", cityjson=True)
-    build_city(plan, tmp_path / "new", cityjson=True)
+    build_city(plan, tmp_path / "city", cityjson=LEVELS)
+    build_city(plan, tmp_path / "new", cityjson=LEVELS)
     assert contents(tmp_path / "city") == contents(tmp_path / "new") != before
 
 
 def test_other_files_and_workers_change_nothing(plan: Path, tmp_path: Path):
-    build_city(plan, tmp_path / "city", cityjson=True, implicit=True)
+    build_city(plan, tmp_path / "city", cityjson=LEVELS, implicit=True)
     CHANGES["one shard less"](plan)
     build_city(plan, tmp_path / "city", implicit=True, executor=Processes(2))
     build_city(plan, tmp_path / "new", implicit=True)
@@ -128,10 +130,10 @@ def test_a_parcel_more_derives_its_square_alone(plan: Path, tmp_path: Path, deri
 
 
 def test_nothing_is_derived_without_a_change(plan: Path, tmp_path: Path, derived: list[int]):
-    build_city(plan, tmp_path / "city", cityjson=True)
+    build_city(plan, tmp_path / "city", cityjson=LEVELS)
     derived.clear()
     before = contents(tmp_path / "city")
-    assert build_city(plan, tmp_path / "city", cityjson=True).num_reused == 2
+    assert build_city(plan, tmp_path / "city", cityjson=LEVELS).num_reused == 2
     assert derived == []
     assert contents(tmp_path / "city") == before
 
@@ -150,13 +152,13 @@ def cut(path: Path) -> None:
 @pytest.mark.parametrize("damage", [flip, cut, Path.unlink])
 @pytest.mark.parametrize("kind", ["branches/*.branch", "quads/*.json", "quads/*.zst", "record.json", "tileset.json"])
 def test_damaged_files_are_made_again(plan: Path, tmp_path: Path, damage: Callable[[Path], None], kind: str):
-    build_city(plan, tmp_path / "city", cityjson=True)
+    build_city(plan, tmp_path / "city", cityjson=LEVELS)
     whole = contents(tmp_path / "city")
     damaged = list((tmp_path / "city" / "shards").glob(f"*/{kind}"))
     assert damaged
     for path in damaged:
         damage(path)
-    build_city(plan, tmp_path / "city", cityjson=True)
+    build_city(plan, tmp_path / "city", cityjson=LEVELS)
     assert contents(tmp_path / "city") == whole
 
 
@@ -171,16 +173,16 @@ def test_damaged_tiles_are_made_again(plan: Path, tmp_path: Path, damage: Callab
 
 
 def test_files_of_another_city_are_not_taken(plan: Path, tmp_path: Path):
-    build_city(plan, tmp_path / "city", cityjson=True)
+    build_city(plan, tmp_path / "city", cityjson=LEVELS)
     own = contents(tmp_path / "city")
     CHANGES["rules"](plan)
-    build_city(plan, tmp_path / "other", cityjson=True)
+    build_city(plan, tmp_path / "other", cityjson=LEVELS)
     foreign = contents(tmp_path / "other")
     replace_in(plan.parent / "chance.cga", "rand(4, 7)", "rand(4, 8)")
     for pattern in ("branches/*", "quads/*", "record.json", "tileset.json"):
         for path in (tmp_path / "city" / "shards").glob(f"*/{pattern}"):
             path.write_bytes(foreign[path.relative_to(tmp_path / "city").as_posix()])
-        build_city(plan, tmp_path / "city", cityjson=True)
+        build_city(plan, tmp_path / "city", cityjson=LEVELS)
         assert contents(tmp_path / "city") == own
 
 
@@ -204,15 +206,15 @@ def test_a_stopped_build_goes_on_from_its_last_square(
 def test_a_change_that_is_taken_back_after_a_stop_leaves_nothing(
     plan: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    build_city(plan, tmp_path / "city", cityjson=True)
+    build_city(plan, tmp_path / "city", cityjson=LEVELS)
     before = contents(tmp_path / "city")
     CHANGES["rules"](plan)
     with monkeypatch.context() as context:
         stop_after(context, 1)
         with pytest.raises(KeyboardInterrupt):
-            build_city(plan, tmp_path / "city", cityjson=True)
+            build_city(plan, tmp_path / "city", cityjson=LEVELS)
     replace_in(plan.parent / "chance.cga", "rand(4, 7)", "rand(4, 8)")
-    build_city(plan, tmp_path / "city", cityjson=True)
+    build_city(plan, tmp_path / "city", cityjson=LEVELS)
     assert contents(tmp_path / "city") == before
 
 
@@ -244,3 +246,29 @@ def test_missing_meshes_are_those_of_the_square(plan: Path, tmp_path: Path):
     build_city(plan, tmp_path / "city")
     build_city(plan, tmp_path / "new")
     assert contents(tmp_path / "city") == contents(tmp_path / "new")
+
+
+def test_cityjson_has_the_levels_that_are_asked_for(tmp_path: Path):
+    plan = write_plan(tmp_path / "plan", boxes())
+    build_city(plan, tmp_path / "all", cityjson=LEVELS)
+    build_city(plan, tmp_path / "few", cityjson=LEVELS)
+    assert build_city(plan, tmp_path / "few", cityjson=("1", "2")).num_reused == 0
+    every, few = (features_of(tmp_path / name / "city.city.jsonl") for name in ("all", "few"))
+    assert len(every) == len(few) > 0
+    for whole, part in zip(every, few, strict=True):
+        (thing,) = part["CityObjects"].values()
+        assert [geometry["lod"] for geometry in thing["geometry"]] == ["1", "2"]
+        for level in ("1", "2"):
+            assert points_of(part, level) == points_of(whole, level)
+    # A change of a parcel keeps the levels of the city.
+    save_pins(rerolled(Pins(), "1-1"), plan.parent / "pins.csv")
+    rebuild(tmp_path / "few", ["1-1"])
+    again = features_of(tmp_path / "few" / "city.city.jsonl")
+    assert again != few
+    assert [len(thing["geometry"]) for part in again for thing in part["CityObjects"].values()] == [2] * len(few)
+
+
+def points_of(feature: Feature, level: str) -> list:
+    """The rings of a level as points."""
+    surfaces = surfaces_of(geometry_of(feature, level))
+    return [[[feature["vertices"][row] for row in ring] for ring in surface] for surface in surfaces]
