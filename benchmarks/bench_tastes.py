@@ -254,14 +254,22 @@ def main() -> None:
         shuffled=options.shuffled,
     )
     paths = [path for part in options.scenarios.split(",") for path in find_scenarios(part)]
-    if options.jobs == 1:
-        cells = [cell for path in paths for cell in measure(plan, path)]
-    else:
-        with ProcessPoolExecutor(options.jobs) as executor:
-            cells = [cell for group in executor.map(partial(measure, plan), paths) for cell in group]
+    cells = list[Cell]()
+    for group in _measured(plan, paths, options.jobs):
+        cells += group
+        # After every scenario, so that a run that is stopped leaves what it has.
+        if options.json:
+            options.json.write_text(json.dumps([asdict(cell) for cell in cells], indent=1))
     print("\n".join(("", *summary(cells))))
-    if options.json:
-        options.json.write_text(json.dumps([asdict(cell) for cell in cells], indent=1))
+
+
+def _measured(plan: Plan, paths: Sequence[Path], jobs: int) -> Iterator[list[Cell]]:
+    """The cells of each scenario, in order."""
+    if jobs == 1:
+        yield from (measure(plan, path) for path in paths)
+        return
+    with ProcessPoolExecutor(jobs) as executor:
+        yield from executor.map(partial(measure, plan), paths)
 
 
 if __name__ == "__main__":
