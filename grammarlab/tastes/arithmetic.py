@@ -15,14 +15,16 @@ import numpy as np
 
 from grammarlab.arrays import Ints
 from grammarlab.tastes.basic_quantities import Elements
-from grammarlab.tastes.quantities import Block, Quantities, Recipe, blocks, nearest_pairs, nearest_sets
+from grammarlab.tastes.quantities import Block, Quantities, Recipe, blocks, joined, nearest_pairs, nearest_sets
 
 _MOST = 1_000
 """Largest number of columns of one recipe."""
 _MOST_SIZES = 3_000
 """Largest number of computed sizes of one form."""
-_MAX_NUMERALS = 24
+_MAX_NUMERALS = 20
 """Largest number of counts that multiply draws."""
+_MAX_CHOSEN = 6
+"""Largest number of choices whose number multiplies draws."""
 _NUM_TERMS = (3, 4)
 """Numbers of draws in longer sums of any draws and signs."""
 _NUM_SIDE_BY_SIDE = (5, 6, 7, 8)
@@ -115,8 +117,20 @@ def _signed(signs: Sequence[str]) -> Recipe:
 
 
 def _numerals(elements: Elements) -> Quantities:
-    """Numbers of things that may multiply draws."""
-    return elements.numerals.take(np.arange(min(len(elements.numerals), _MAX_NUMERALS)))
+    """Numbers of things that may multiply draws: chosen ones, counted from 0, 1 or 2, and counts."""
+    several = [len(np.unique(choice.number)) > 2 for choice in elements.choices]
+    chosen = elements.numbers.take(np.flatnonzero(several)[:_MAX_CHOSEN])
+    fewer, more = (_shifted(chosen, shift) for shift in (-1.0, 1.0))
+    counts = elements.numerals.take(np.arange(min(len(elements.numerals), _MAX_NUMERALS)))
+    return joined([chosen, fewer, more, counts], elements.num)
+
+
+def _shifted(numbers: Quantities, shift: float) -> Quantities:
+    """Numbers that begin elsewhere, and are 0 where there is none."""
+    recipe: Recipe = lambda do, number: do("*", do("!=", number, 0.0), do("+", number, shift))  # noqa: E731
+    made = blocks(recipe, [numbers], np.arange(len(numbers))[:, None])
+    parts = [Quantities(tuple(block.formula(i) for i in range(block.size)), block.values()) for block in made]
+    return joined(parts, len(numbers.values))
 
 
 def _crossed(recipe: Recipe, tables: list[Quantities], most: int) -> Iterator[Block]:

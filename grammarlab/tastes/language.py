@@ -65,6 +65,7 @@ PRODUCTIONS: Mapping[str, Production] = {
     "positions": sequences.positions,
     "equal choices": sequences.equal_choices,
     "relations of sequences": sequences.relations,
+    "orders": sequences.orders,
     "matching sequences": sequences.matching_sequences,
     "sections": relations.sections,
     "neighbours": relations.neighbours,

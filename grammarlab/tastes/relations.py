@@ -54,7 +54,7 @@ def alternations(elements: Elements) -> Iterator[Block]:
     indices = np.repeat(np.arange(len(near.both))[:, None], 4, axis=1)
 
     def recipe(do: Any, alike: Any, both: Any, alike_far: Any, both_far: Any) -> Any:
-        return do("and", _none(do, alike, both), do("==", alike_far, both_far))
+        return do("and", _none(do, alike, both), _all(do, alike_far, both_far))
 
     return blocks(recipe, [near.alike, near.both, far.alike, far.both], indices)
 

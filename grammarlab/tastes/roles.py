@@ -1,8 +1,8 @@
 """Roles: the same choice under different symbols, such as the roof of an office and the roof of a house.
 
-Two symbols have one role if at least two of their alternatives have the same name without the symbol's own words:
-OfficeFlat and OfficeGable of OfficeRoof are HouseFlat and HouseGable of HouseRoof. Symbols without such a partner are
-comparable if they have the same branches, alternative by alternative.
+Two symbols have one role if at least two of their alternatives have the same name without the symbol's own words and
+those that all of its alternatives have: OfficeFlat and OfficeGable of OfficeRoof are HouseFlat and HouseGable of
+HouseRoof. Symbols without such a partner are comparable if they have the same branches, alternative by alternative.
 """
 
 from __future__ import annotations
@@ -68,14 +68,20 @@ def _choices(nodes: LabelledNodes) -> dict[str, list[int]]:
 
 
 def _names(nodes: LabelledNodes, symbol: str, labels: Sequence[int]) -> list[str]:
-    """Names of alternatives without the words of their symbol; empty if some have none."""
-    words = {word.lower() for word in _WORDS.findall(symbol)}
-    names = [
-        " ".join(word.lower() for word in _WORDS.findall(nodes.names.branch(label)) if word.lower() not in words)
-        for label in labels
-        if not _is_bare(nodes.names.branch(label))
-    ]
-    return names if len(set(names)) == len(labels) and all(names) else []
+    """Names of alternatives without the words of their symbol and those that all have; empty if some have none."""
+    names = [nodes.names.branch(label) for label in labels]
+    listed = [_words(name) for name in names]
+    common = set(listed[0]).intersection(*listed)
+    for others in (common.union(_words(symbol)), set(_words(symbol))):
+        shortened = [" ".join(word for word in words if word not in others) for words in listed]
+        if all(shortened) and len(set(shortened)) == len(labels) and not any(map(_is_bare, names)):
+            return shortened
+    return []
+
+
+def _words(name: str) -> list[str]:
+    """Words of a name; singular and plural are one."""
+    return [word.lower().removesuffix("s") or word for word in _WORDS.findall(name)]
 
 
 def _is_bare(name: str) -> bool:

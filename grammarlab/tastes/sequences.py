@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import Any
 
 import numpy as np
@@ -47,17 +47,16 @@ def relations(elements: Elements) -> Iterator[Block]:
 def positions(elements: Elements) -> Iterator[Block]:
     """The position of the first part of a sequence that has an alternative."""
     for sequence in sequences_of(elements):
-        members = [elements.choices[index] for index in sequence]
-        for number in range(1, 1 + max(len(choice.alternatives) for choice in members)):
-            flags = {
-                formula: (choice.number == number).astype(np.float64)
-                for choice in members
-                for formula in choice.alternatives[number - 1 : number]
-                if formula is not None
-            }
-            if len(flags) > 1:
-                quantities = Quantities(tuple(flags), np.stack(list(flags.values()), axis=1))
-                yield from blocks(_applying("which"), [quantities] * len(flags), np.arange(len(flags))[None])
+        for flags in _alternatives(elements, sequence):
+            yield from blocks(_applying("which"), [flags] * len(flags), np.arange(len(flags))[None])
+
+
+def orders(elements: Elements) -> Iterator[Block]:
+    """A part with one alternative is somewhere after a part with another one."""
+    for sequence in sequences_of(elements):
+        most = max(len(elements.choices[index].alternatives) for index in sequence)
+        for first, second in permutations(range(1, most + 1), 2):
+            yield from blocks(_followed(first, second), [elements.numbers] * len(sequence), np.array([sequence]))
 
 
 def matching_sequences(elements: Elements) -> Iterator[Block]:
@@ -91,9 +90,26 @@ def sequences_of(elements: Elements) -> list[tuple[int, ...]]:
     sequences: dict[tuple[int, ...], None] = {}
     for group in groups.values():
         members = sorted(_apart(choices, group), key=lambda index: (choices[index].way, index))
-        if 3 <= len(members) <= _MAX_LENGTH:
+        present = sum(((choices[index].number > 0).astype(np.int64) for index in members), np.zeros(elements.num, int))
+        if 3 <= len(members) <= _MAX_LENGTH and present.max(initial=0) > 1:
             sequences.setdefault(tuple(members))
     return list(sequences)[:_MAX_SEQUENCES]
+
+
+def _alternatives(elements: Elements, sequence: Sequence[int]) -> list[Quantities]:
+    """For each alternative of a sequence, whether its parts have it: those that can, two or more."""
+    members = [elements.choices[index] for index in sequence]
+    listed: list[Quantities] = []
+    for number in range(1, 1 + max(len(choice.alternatives) for choice in members)):
+        flags = {
+            formula: (choice.number == number).astype(np.float64)
+            for choice in members
+            for formula in choice.alternatives[number - 1 : number]
+            if formula is not None
+        }
+        if len(flags) > 1:
+            listed.append(Quantities(tuple(flags), np.stack(list(flags.values()), axis=1)))
+    return listed
 
 
 def _apart(choices: Sequence[Choice], group: Sequence[int]) -> list[int]:
@@ -114,6 +130,10 @@ def _by_length(sequences: Sequence[tuple[int, ...]]) -> Iterator[Ints]:
 
 def _applying(name: str) -> Recipe:
     return lambda do, *parts: do(name, *parts)
+
+
+def _followed(first: int, second: int) -> Recipe:
+    return lambda do, *parts: do("followed", float(first), float(second), *parts)
 
 
 def _alike(length: int) -> Recipe:

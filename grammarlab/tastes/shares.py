@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import reduce
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +26,7 @@ def kinds(elements: Elements) -> Iterator[Block]:
     counts, totals, indices = _alternatives(elements)
     for total in np.unique(indices[:, 1]).tolist():
         members = indices[indices[:, 1] == total, 0]
-        yield from blocks(_number_of_kinds, [counts] * len(members), members[None])
+        yield from blocks(lambda do, *parts: do("count", *parts), [counts] * len(members), members[None])
         recipe: Recipe = lambda do, whole, *parts: do("-", whole, do("max", *parts))  # noqa: E731
         yield from blocks(recipe, [totals, *[counts] * len(members)], np.array([[total, *members]]))
 
@@ -40,10 +38,6 @@ def conditional(elements: Elements) -> Iterator[Block]:
     for others in (elements.draws, elements.numerals):
         yield from blocks(recipe, [flags, others], nearest_pairs(len(flags), len(others), _MOST_PRODUCTS))
     yield from blocks(recipe, [flags, flags], nearest_pairs(len(flags), most=_MOST_PRODUCTS))
-
-
-def _number_of_kinds(do: Any, *counts: Any) -> Any:
-    return reduce(lambda total, one: do("+", total, one), [do("!=", count, 0.0) for count in counts])
 
 
 def _alternatives(elements: Elements) -> tuple[Quantities, Quantities, Ints]:

@@ -68,9 +68,13 @@ def position(wanted: str, elements: list[str]) -> int:
 
 
 def alternate(elements: list[str]) -> bool:
-    return all(a != b for a, b in pairwise(elements)) and all(
-        a == c for a, c in zip(elements, elements[2:], strict=False)
-    )
+    """Of three elements or more."""
+    return len(elements) > 2 and elements[0] != elements[1] and elements[2:] == elements[:-2]
+
+
+def after(first: str, second: str, elements: list[str]) -> bool:
+    """Whether the second one is somewhere after the first one."""
+    return first in elements and second in elements[elements.index(first) :]
 
 
 TASTES: dict[str, tuple[str, Callable[[Node], float]]] = {
@@ -82,6 +86,7 @@ TASTES: dict[str, tuple[str, Callable[[Node], float]]] = {
     "changes along the towers": ("towers", lambda tree: sum(a != b for a, b in pairwise(towers(tree)))),
     "odd towers": ("towers", lambda tree: unlike_most(towers(tree))),
     "the first and the second tower alike": ("towers", lambda tree: towers(tree)[0] == towers(tree)[1]),
+    "brick somewhere before glass": ("towers", lambda tree: after("Brick", "Glass", towers(tree))),
     "share of glass": ("towers", lambda tree: towers(tree).count("Glass") / len(towers(tree))),
     "position of the first tower of steel": (
         "towers",

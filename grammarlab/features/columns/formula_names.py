@@ -65,6 +65,7 @@ _FORMS: Mapping[str, str] = {
     "max": "largest of {}",
     "which": "position of the first of {}",
     "choose": "choice by {}",
+    "count": "number of these: {}",
 }
 _PRODUCTS = ("*", "/", "%")
 
@@ -108,6 +109,9 @@ class _Writer:
         operands = [earlier[index] for index in step.operands]
         if step.operation in _SIGNS:
             return _Words(_joined(step.operation, *operands), step.operation)
+        if step.operation == "followed":
+            first, second, *elements = (operand.text for operand in operands)
+            return _Words(f"alternative {first} followed by {second} among {_listed(elements)}")
         if step.operation in _FORMS:
             return _Words(_FORMS[step.operation].format(_listed([operand.text for operand in operands])))
         return _Words(
@@ -143,8 +147,8 @@ class _Writer:
         if step.operation == "/" and (one := self._added_at(step, 0)) and (total := self._added_at(step, 1)):
             is_share = _with_any(one[0]) == total[0] and len(one) == len(total) == 1
             return f"share of {self.names.get(one[0], str(one[0]))}" if is_share else ""
-        if step.operation == "+" and (patterns := self._occurring(step)):
-            places = set(map(self._location, patterns))
+        if step.operation == "count" and all(map(self._added, (self.steps[index] for index in step.operands))):
+            places = {self._location(one) for index in step.operands for one in self._added(self.steps[index])}
             return f"number of kinds of {places.pop()}" if len(places) == 1 else ""
         most = self.steps[step.operands[-1]]
         if step.operation == "-" and isinstance(most, Apply) and most.operation == "max":
@@ -204,16 +208,6 @@ class _Writer:
 
     def _added_at(self, step: Apply, operand: int) -> list[Pattern]:
         return self._added(self.steps[step.operands[operand]])
-
-    def _occurring(self, step: Step) -> list[Pattern]:
-        """Patterns of which a step counts those that occur; empty if it does anything else."""
-        if not isinstance(step, Apply) or step.operation not in {"+", "!="}:
-            return []
-        first, second = (self.steps[index] for index in step.operands)
-        if step.operation == "!=":
-            return self._added(first) if second == _ZERO else []
-        one, other = self._occurring(first), self._occurring(second)
-        return [*one, *other] if one and other else []
 
 
 def _joined(operation: str, first: _Words, second: _Words) -> str:

@@ -1,7 +1,7 @@
 """Operations of expressions and formulas over columns of numbers.
 
 Relations of sequences take the elements in their order; an element 0 is missing and does not count. They are false for
-fewer than two elements, so that no relation only says that something is absent.
+fewer than two elements, so that no relation only says that something is absent; taking turns needs three.
 
 >>> columns = [np.array(column) for column in ([1.0, 2.0, 1.0], [0.0, 1.0, 1.0], [1.0, 2.0, 0.0])]
 >>> {name: apply(name, columns).tolist() for name in ("equal", "mirrored", "distinct", "which")}
@@ -60,6 +60,16 @@ def _which(operands: Sequence[Floats]) -> Ints:
     return np.where(held.any(axis=0), held.argmax(axis=0) + 1, 0)
 
 
+def _count(operands: Sequence[Floats]) -> Ints:
+    return np.asarray(np.count_nonzero(np.stack(operands), axis=0), dtype=np.int64)
+
+
+def _followed(operands: Sequence[Floats]) -> NDArray[np.bool_]:
+    first, second, *elements = operands
+    earlier = np.logical_or.accumulate(np.stack(elements) == first, axis=0)
+    return (earlier[:-1] & (np.stack(elements[1:]) == second)).any(axis=0)
+
+
 def _present(operands: Sequence[Floats]) -> tuple[Floats, Ints]:
     """[k, ...] the elements of sequences, the missing ones last, and the number [...] of the others."""
     values = np.stack(operands)
@@ -89,9 +99,9 @@ def _unequal_neighbours(operands: Sequence[Floats]) -> NDArray[np.bool_]:
 
 
 def _alternating(operands: Sequence[Floats]) -> NDArray[np.bool_]:
-    values, _ = _present(operands)
+    values, number = _present(operands)
     repeated = (values[2:] == values[:-2]) | (values[2:] == 0)
-    return _unequal_neighbours(operands) & repeated.all(axis=0)
+    return (number >= 3) & _unequal_neighbours(operands) & repeated.all(axis=0)
 
 
 def _mirrored(operands: Sequence[Floats]) -> NDArray[np.bool_]:
@@ -135,6 +145,8 @@ OPERATIONS: Mapping[str, _Operation] = {
     "sqrt": lambda x: np.sqrt(x[0]),
     "choose": _chosen,
     "which": _which,
+    "count": _count,
+    "followed": _followed,
     "equal": _equal,
     "distinct": _distinct,
     "changes": _changes,
@@ -167,6 +179,8 @@ FUNCTIONS: Mapping[str, str] = {
     "sqrt": "sqrt(x)",
     "choose": "choose(when, value, ..., otherwise)",
     "which": "which(a, b, ...)",
+    "count": "count(a, b, ...)",
+    "followed": "followed(first, second, a, b, ...)",
     **{name: f"{name}(a, b, ...)" for name in SEQUENCE_RELATIONS},
 }
 """Functions of the language, with their call syntax."""
@@ -180,4 +194,6 @@ def takes(function: str, number: int) -> bool:
     """
     if function == "choose":
         return number >= 3 and number % 2 == 1
+    if function == "followed":
+        return number >= 4
     return number >= 2 if FUNCTIONS[function].endswith("(a, b, ...)") else number == 1

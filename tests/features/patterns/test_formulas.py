@@ -37,7 +37,8 @@ ATOMS = st.one_of(
 def formulas(operands):
     binary = st.tuples(st.sampled_from(["+", "-", "*", "/", "%", "==", "!=", "and", "or"]), operands, operands)
     listed = st.tuples(
-        st.sampled_from(["min", "max", "which", *SEQUENCE_RELATIONS]), st.lists(operands, min_size=2, max_size=4)
+        st.sampled_from(["min", "max", "which", "count", *SEQUENCE_RELATIONS]),
+        st.lists(operands, min_size=2, max_size=4),
     )
     return st.one_of(
         binary.map(lambda t: Formula.of(*t)),
@@ -96,7 +97,7 @@ def _relation(name, elements):
     holds = {
         "equal": len(set(present)) == 1,
         "unequal_neighbours": all(a != b for a, b in pairs),
-        "alternating": len(set(present[::2])) == 1 and len(set(present[1::2])) == 1 and present[:1] != present[1:2],
+        "alternating": len(present) >= 3 and present[0] != present[1] and present[2:] == present[:-2],
         "mirrored": present == present[::-1],
         "ascending": present == sorted(present),
     }[name]
@@ -108,6 +109,13 @@ def _relation(name, elements):
 def test_relations_of_sequences_leave_out_missing_elements(name, rows):
     columns = [np.array(column, dtype=np.float64) for column in zip(*rows, strict=True)]
     assert apply(name, columns).tolist() == [_relation(name, row) for row in rows]
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 2)] * 5), min_size=1, max_size=30))
+def test_an_element_is_followed_by_another_one_at_once_or_later(rows):
+    columns = [np.array(column, dtype=np.float64) for column in zip(*rows, strict=True)]
+    expected = [any(b == row[1] and row[0] in row[2:i] for i, b in enumerate(row) if i > 2) for row in rows]
+    assert apply("followed", columns).tolist() == expected
 
 
 @given(st.lists(st.tuples(*[st.integers(-1, 2)] * 4), min_size=1, max_size=30))
