@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from grammarlab.arrays import Ints
-from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.basic_quantities import Elements, distinct
 from grammarlab.tastes.quantities import Block, Quantities, Recipe, blocks, joined, nearest_pairs, nearest_sets
 
 _MOST = 1_000
@@ -117,12 +117,12 @@ def _signed(signs: Sequence[str]) -> Recipe:
 
 
 def _numerals(elements: Elements) -> Quantities:
-    """Numbers of things that may multiply draws: chosen ones, counted from 0, 1 or 2, and counts."""
+    """Numbers of things that may multiply draws: counts, and chosen numbers that begin at 0, 1 or 2."""
     several = [len(np.unique(choice.number)) > 2 for choice in elements.choices]
     chosen = elements.numbers.take(np.flatnonzero(several)[:_MAX_CHOSEN])
     fewer, more = (_shifted(chosen, shift) for shift in (-1.0, 1.0))
     counts = elements.numerals.take(np.arange(min(len(elements.numerals), _MAX_NUMERALS)))
-    return joined([chosen, fewer, more, counts], elements.num)
+    return distinct(joined([counts, chosen, fewer, more], elements.num))
 
 
 def _shifted(numbers: Quantities, shift: float) -> Quantities:

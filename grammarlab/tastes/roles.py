@@ -68,14 +68,20 @@ def _choices(nodes: LabelledNodes) -> dict[str, list[int]]:
 
 
 def _names(nodes: LabelledNodes, symbol: str, labels: Sequence[int]) -> list[str]:
-    """Names of alternatives without the words of their symbol and those that all have; empty if some have none."""
+    """Names of alternatives without the words of their symbol and those that all have; empty if some have none.
+
+    An alternative that no model has is known by its line only, and is like no other.
+    """
     names = [nodes.names.branch(label) for label in labels]
-    listed = [_words(name) for name in names]
-    common = set(listed[0]).intersection(*listed)
+    listed = [[name] if _is_bare(name) else _words(name) for name in names]
+    named = [words for words, name in zip(listed, names, strict=True) if not _is_bare(name)]
+    common = set(named[0]).intersection(*named) if len(named) > 1 else set[str]()
     for others in (common.union(_words(symbol)), set(_words(symbol))):
         shortened = [" ".join(word for word in words if word not in others) for words in listed]
-        if all(shortened) and len(set(shortened)) == len(labels) and not any(map(_is_bare, names)):
-            return shortened
+        if all(shortened) and len(set(shortened)) == len(labels):
+            return [
+                f"{symbol} {short}" if _is_bare(name) else short for short, name in zip(shortened, names, strict=True)
+            ]
     return []
 
 

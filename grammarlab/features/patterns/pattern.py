@@ -283,6 +283,9 @@ def _included(operand: Formula | Atom | float, numbers: dict[Step, int]) -> int:
     if not isinstance(operand, Formula):
         step = Measure(operand) if isinstance(operand, Atom) else ConstantTerm(float(operand))
         return numbers.setdefault(step, len(numbers))
+    if not numbers:  # the first operand keeps its numbers
+        numbers.update((step, index) for index, step in enumerate(operand.steps))
+        return len(numbers) - 1
     moved: dict[int, int] = {}
     for index, step in enumerate(operand.steps):
         moved[index] = numbers.setdefault(_moved(step, moved), len(numbers))
