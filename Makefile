@@ -12,6 +12,7 @@
 # tree-parameters  the pictures of every parameter of trees, and of the species
 # quarter  a quarter of a city with three zones learned from simulated persons, in out/quarter
 # quarter-pictures  the same, and its pictures for the documentation
+# park      a park whose trees are learned from a sketch, and its picture
 # screens   the pictures of the pages in a browser
 # facades  make the shipped facades and the family of one again, from their rules, and the pictures of their edits
 
@@ -27,7 +28,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures tree-parameters plausible-trees quarter quarter-pictures format clean chromium
+.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures tree-parameters plausible-trees quarter quarter-pictures park format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -149,6 +150,10 @@ quarter-pictures: quarter
 	$(CITY) draw grammars/city/quarter.plan.toml --size 1400x788 -o docs/images/quarter.jpg
 	$(CITY) draw grammars/city/unlearned.plan.toml --size 1400x788 -o docs/images/quarter_unlearned.jpg
 	$(CITY) draw grammars/city/quarter.plan.toml --size 1400x788 --at $(STREET) -o docs/images/quarter_street.jpg
+
+park: $(VENV)/.learn  # trees learned from a sketch
+	$(CITY) learn grammars/city/park.plan.toml --trees
+	$(CITY) draw grammars/city/park.plan.toml --size 1400x788 -o docs/images/park.jpg
 
 format: $(VENV)/.dev
 	$(BIN)/ruff check --fix $(CODE)

@@ -17,6 +17,7 @@ from grammarlab.runs.city.learn_trees import learn_trees
 from grammarlab.runs.city.survey import surveyed
 from grammarlab.runs.city.tree_places import TreePlaces, tree_places
 from grammarlab.runs.city.zone_rules import ZoneRules
+from grammarlab.runs.sample.shipped import examples_folder
 from tests.city.test_map_shapes import write
 from tests.runs.city.test_tree_tiles import SPECIES
 
@@ -152,3 +153,12 @@ def test_learned_trees_need_their_species_and_their_place(plan: Path):
     file.write_text(text.replace('"crs": ""', '"crs": "EPSG:32631"'))
     with pytest.raises(UsageError, match="learned in EPSG:32631, and the parcels are in local metres"):
         planted(other)
+
+
+def test_the_shipped_park_has_the_trees_of_its_sketch(tmp_path: Path):
+    shipped = examples_folder() / "city" / "park.plan.toml"
+    result = learn_trees(shipped, tmp_path / "park.trees.json")
+    intensity = parse_trees((shipped.parent / "park.trees.json").read_bytes())
+    assert (intensity.species, intensity.trees) == (result.intensity.species, result.intensity.trees)
+    points = np.random.default_rng(0).uniform((0, 0), (200, 140), (100, 2))
+    np.testing.assert_allclose(intensity.at(points), result.intensity.at(points), rtol=1e-3)
