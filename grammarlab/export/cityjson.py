@@ -7,10 +7,11 @@ A line depends on its building and on the frame only, so lines may be made apart
 
 from __future__ import annotations
 
+import gc
 import json
 import math
-from collections.abc import Iterable, Mapping, Set
-from contextlib import ExitStack, suppress
+from collections.abc import Iterable, Iterator, Mapping, Set
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -141,6 +142,22 @@ def levels_of(text: str) -> tuple[Level, ...]:
     return tuple(level for level in LEVELS if level in names)
 
 
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """A time without searches for cycles of objects.
+
+    A line is a tree of very many lists, which has none, and the searches take as long as all else.
+    """
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
+@_without_collection()
 def building_line(building: CityBuilding, levels: Iterable[Level] = LEVELS) -> bytes:
     """Line of one building.
 

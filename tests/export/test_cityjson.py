@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 from collections import Counter
 from dataclasses import replace
@@ -213,6 +214,20 @@ def test_a_file_that_fails_is_not_there(tmp_path):
     with pytest.raises(ZeroDivisionError), CityJsonWriter(path, FRAME) as writer:
         writer.add(building()).add_lines(b" " * (1 // 0))
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("is_enabled", [True, False])
+def test_lines_leave_the_collection_of_garbage_as_it_was(is_enabled):
+    whole = building()
+    wrong = replace(whole, labels=whole.labels.take(slice(0, 0)))
+    (gc.enable if is_enabled else gc.disable)()
+    try:
+        building_line(whole)
+        with pytest.raises(UsageError):
+            building_line(wrong)
+        assert gc.isenabled() == is_enabled
+    finally:
+        gc.enable()
 
 
 def test_large_integers_are_texts_and_the_others_numbers():
