@@ -99,7 +99,9 @@ def largest(tile: TileModels, most_triangles: int) -> TileModels:
     low, high = scene_bounds(tile.scene)
     order = np.argsort(-np.prod(high - low, axis=1), kind="stable")
     num = max(1, int(np.searchsorted(np.cumsum(counts[order]), most_triangles, side="right")))
-    return tile.take(np.sort(order[:num]))
+    rest = tile.take(np.sort(order[:num]))
+    # Meshes of the others would add up from level to level.
+    return replace(rest, scene=with_used_tables(rest.scene))
 
 
 def _together(grid: TileGrid, cell: TileCell, branches: Sequence[Branch]) -> TileModels:

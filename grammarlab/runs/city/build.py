@@ -6,26 +6,26 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
+from tempfile import TemporaryFile
 from time import perf_counter
 
 import numpy as np
 
 from grammarlab.about import __version__
-from grammarlab.arrays import Ints
 from grammarlab.city.plan import read_plan
 from grammarlab.export.cityjson import CityJsonWriter, Level
 from grammarlab.export.tiles.city_tileset import TILESET, write_city
 from grammarlab.export.tiles.composite_tileset import write_together
 from grammarlab.export.tiles.earth_placement import EarthPlacement
-from grammarlab.export.tiles.tile_grid import TileCell, TileGrid, morton
+from grammarlab.export.tiles.tile_grid import TileCell, TileGrid
 from grammarlab.files import write_text
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.runs.city.city_clearing import clear_city
 from grammarlab.runs.city.parcel_listing import ParcelListing
-from grammarlab.runs.city.quad_buildings import SitesOfShard
-from grammarlab.runs.city.shard import ShardRecord, ShardTask, build_shard, kept_shard, lines_of
+from grammarlab.runs.city.shard import ShardRecord, build_shard, kept_shard, lines_of
+from grammarlab.runs.city.shard_tasks import ShardTasks
+from grammarlab.runs.city.site_store import SiteStore
 from grammarlab.runs.city.survey import Survey, surveyed
 from grammarlab.runs.city.tree_places import TreePlaces, tree_places
 from grammarlab.runs.city.tree_tiles import TILESET as TREES_TILESET
@@ -118,19 +118,27 @@ def build_city(
     for zone, rules in zip(read.zones, zones, strict=True):
         rules.check(sorted(zone.attributes))
     survey = surveyed(read, zones)
-    with only_run_in(folder):
-        tasks = shard_tasks(survey, zones, folder, cityjson=cityjson)
+    grid = TileGrid.around(survey.sites.corner)
+    placement = EarthPlacement(survey.parcels.frame, read.geoid_height or 0.0)
+    with only_run_in(folder), TemporaryFile(dir=folder) as file:
+        store = SiteStore(file, survey.sites, grid)
+        # From here on, memory does not hold the sites of buildings, and hardly grows with their number.
+        survey = survey.without_buildings([rules.is_park for rules in zones])
+        ids = survey.parcels.id
+        tasks = ShardTasks(
+            folder=folder, grid=grid, placement=placement, zones=zones, store=store, ids=ids, cityjson=cityjson
+        )
         records, num_reused = _built(tasks, executor, on_progress)
-        shards = {task.cell: record.tree for task, record in zip(tasks, records, strict=True)}
-        grid, _ = _geography(survey)
+        shards = {cell: record.tree for cell, record in zip(tasks.cells, records, strict=True)}
         clear_city(folder, grid, shards, (TILESET, BUILDINGS_TILESET, *(() if cityjson else (BUILDINGS,))))
         trees = tree_places(survey, zones, street_trees, folder)
         written = {cell: tree for cell, tree in shards.items() if tree}
-        num_tiles = _write_tilesets(folder, survey, written, trees, implicit=implicit)
+        num_tiles = _write_tilesets(tasks, written, trees, seed=read.seed, implicit=implicit)
         failures = {name: message for record in records for name, message in record.failures.items()}
         reason = _reasons(survey, failures)
         reports = {name: report for record in records for name, report in record.reports.items()}
-        ParcelListing(survey=survey, zones=zones, grid=grid, reason=reason, reports=reports).write(folder / PARCELS)
+        listing = ParcelListing(survey=survey, zones=zones, grid=grid, store=store, reason=reason, reports=reports)
+        listing.write(folder / PARCELS)
         if cityjson:
             _write_buildings(folder / BUILDINGS, survey, tasks)
         _write_city(folder / CITY, survey, zones, BuildOptions(implicit=implicit, cityjson=cityjson))
@@ -150,48 +158,7 @@ def build_city(
     )
 
 
-def shard_tasks(
-    survey: Survey, zones: tuple[ZoneRules, ...], folder: Path, *, cityjson: tuple[Level, ...] = ()
-) -> tuple[ShardTask, ...]:
-    """The shards of a city, in Morton order."""
-    is_park = np.array([rules.is_park for rules in zones], np.bool_)
-    sites = survey.sites.take(np.flatnonzero(~is_park[survey.sites.zone]))
-    grid, placement = _geography(survey)
-    leaves = grid.leaves(sites.corner)
-    # Rows are ordered by id, and stay so within a leaf; the code of a shard is a prefix of those of its leaves.
-    order = np.argsort(morton(leaves), kind="stable")
-    cells = grid.shards(leaves[order])
-    ends = _ends(cells)
-    tasks = []
-    for first, last in pairwise(ends):
-        rows = order[first:last]
-        here = sites.take(rows)
-        tasks.append(
-            ShardTask(
-                folder=folder,
-                cell=TileCell(grid.shard_level, *cells[first].tolist()),
-                placement=placement,
-                source=SitesOfShard(grid=grid, zones=zones, sites=here, ids=survey.parcels.id[here.parcel].tolist()),
-                cityjson=cityjson,
-            )
-        )
-    return tuple(tasks)
-
-
-def _ends(cells: Ints) -> list[int]:
-    """Starts of the runs of equal cells, and their number."""
-    changes = np.flatnonzero((np.diff(cells, axis=0, prepend=-1) != 0).any(axis=1))
-    return [*changes.tolist(), len(cells)]
-
-
-def _geography(survey: Survey) -> tuple[TileGrid, EarthPlacement]:
-    grid = TileGrid.around(survey.sites.corner)
-    return grid, EarthPlacement(survey.parcels.frame, survey.plan.geoid_height or 0.0)
-
-
-def _built(
-    tasks: Sequence[ShardTask], executor: AbstractExecutor, on_progress: Progress
-) -> tuple[list[ShardRecord], int]:
+def _built(tasks: ShardTasks, executor: AbstractExecutor, on_progress: Progress) -> tuple[list[ShardRecord], int]:
     """The records of all shards, in order, and how many were built before."""
     records = {number: record for number, task in enumerate(tasks) if (record := kept_shard(task)) is not None}
     num_reused = len(records)
@@ -207,20 +174,20 @@ def _built(
 
 
 def _write_tilesets(
-    folder: Path, survey: Survey, shards: Mapping[TileCell, str], trees: Sequence[TreePlaces], *, implicit: bool
+    tasks: ShardTasks, shards: Mapping[TileCell, str], trees: Sequence[TreePlaces], *, seed: int, implicit: bool
 ) -> int:
     """Write the tilesets of buildings and of trees, and one of both; the number of all tiles.
 
     An implicit tileset is one of buildings alone: it cannot refer to others.
     """
-    grid, placement = _geography(survey)
+    folder, grid, placement = tasks.folder, tasks.grid, tasks.placement
     are_together = bool(trees) and not implicit
     name = BUILDINGS_TILESET if are_together else TILESET
     num_tiles = write_city(folder, grid, placement, shards, implicit=implicit, name=name) if shards else 0
     if not trees:
         clear_trees(folder)
         return num_tiles
-    num_tiles += write_trees(folder, trees, grid, placement, survey.plan.seed)
+    num_tiles += write_trees(folder, trees, grid, placement, seed)
     if are_together:
         write_together(folder / TILESET, (BUILDINGS_TILESET, TREES_TILESET) if shards else (TREES_TILESET,))
     return num_tiles
@@ -232,7 +199,7 @@ def _reasons(survey: Survey, failures: Mapping[str, str]) -> np.ndarray:
     return reason
 
 
-def _write_buildings(path: Path, survey: Survey, tasks: Sequence[ShardTask]) -> None:
+def _write_buildings(path: Path, survey: Survey, tasks: ShardTasks) -> None:
     """Join the lines of all shards."""
     with CityJsonWriter(path, survey.parcels.frame) as writer:
         for task in tasks:

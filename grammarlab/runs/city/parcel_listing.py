@@ -9,17 +9,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts
+from grammarlab.arrays import Ints, offsets_from_counts
+from grammarlab.city.packed_outlines import row_blocks
+from grammarlab.city.sites import Sites
 from grammarlab.export.tiles.tile_grid import TileGrid
 from grammarlab.runs.city.parcel_rows import ParcelRows
 from grammarlab.runs.city.parcel_table import ParcelTableWriter
+from grammarlab.runs.city.site_store import SiteStore
 from grammarlab.runs.city.survey import Survey, lot_outlines
 from grammarlab.runs.city.zone_rules import ZoneRules
 
 TILES = "t"
 """Folder of the tiles, by level and column."""
-_AT_ONCE = 20_000
-"""Parcels that become rows together, a budget of memory."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,6 +31,8 @@ class ParcelListing:
     zones: Sequence[ZoneRules]
     """Rules of the zones of the plan, by number."""
     grid: TileGrid
+    store: SiteStore
+    """All sites."""
     reason: NDArray[np.object_]
     """[N] why a parcel is empty; empty for those that are built."""
     reports: Mapping[str, Mapping[str, float]]
@@ -39,17 +42,20 @@ class ParcelListing:
         """Write the table."""
         parcels = self.survey.parcels
         keys = sorted({key for report in self.reports.values() for key in report})
+        is_without = np.ones(len(parcels), np.bool_)
         with ParcelTableWriter(path, parcels.frame) as writer:
-            for start in range(0, len(parcels), _AT_ONCE):
-                writer.add(self._rows(start, min(start + _AT_ONCE, len(parcels)), keys))
+            for number in range(len(self.store)):
+                sites = self.store[number]
+                is_without[sites.parcel] = False
+                for rows in row_blocks(len(sites)):
+                    writer.add(self._rows(sites.parcel[rows], sites.take(rows), keys))
+            rest, no_sites = np.flatnonzero(is_without), self.survey.sites.take(np.zeros(0, np.int64))
+            for rows in row_blocks(len(rest)):
+                writer.add(self._rows(rest[rows], no_sites, keys))
 
-    def _rows(self, start: int, end: int, keys: Sequence[str]) -> ParcelRows:
-        """The rows of consecutive parcels."""
-        parcels, reason, num = self.survey.parcels, self.reason[start:end], end - start
-        # Sites are in the order of their parcels.
-        first, last = np.searchsorted(self.survey.sites.parcel, [start, end])
-        sites = self.survey.sites.take(np.arange(first, last))
-        row = sites.parcel - start
+    def _rows(self, parcel: Ints, sites: Sites, keys: Sequence[str]) -> ParcelRows:
+        """The rows of parcels, of which the first have sites."""
+        reason, num, row = self.reason[parcel], len(parcel), np.arange(len(sites))
         zone, grammar, tile, lot = (np.full(num, value, object) for value in ("", "", "", None))
         names, hashes = (np.array([getattr(rules, name) for rules in self.zones], object) for name in ("zone", "hash"))
         zone[row], grammar[row], lot[row] = names[sites.zone], hashes[sites.zone], lot_outlines(sites)
@@ -64,7 +70,7 @@ class ParcelListing:
         widths = sites.footprints.street_width
         if widths is not None:
             counts[row] = np.diff(sites.footprints.offsets)
-        part = parcels.take(np.arange(start, end))
+        part = self.survey.parcels.take(parcel)
         found = [self.reports.get(name, {}) for name in part.id.tolist()]
         return ParcelRows(
             id=part.id,

@@ -165,8 +165,8 @@ class _WaitingRows:
         with pq.ParquetWriter(stream, schema, **options) as writer:
             order = self._order()
             for start in range(0, len(order), GROUP_ROWS):
-                rows = self._gathered(order.slice(start, GROUP_ROWS), schema)
-                writer.write_table(rows, row_group_size=GROUP_ROWS)
+                group = order.slice(start, GROUP_ROWS)
+                writer.write_table(self._gathered(group, schema), row_group_size=GROUP_ROWS)
 
     def _order(self) -> pa.Table:
         """Piece and row of each row of the file."""

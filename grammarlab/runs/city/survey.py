@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +83,16 @@ class Survey:
     def parcels(self) -> Parcels:
         """[N] parcels, ordered by id."""
         return self.ground.parcels
+
+    def without_buildings(self, is_park: Sequence[bool]) -> Survey:
+        """The same with only the sites of parks, and without attributes of parcels: what trees and tables need.
+
+        Args:
+            is_park: whether each zone of the plan is a park.
+        """
+        sites = self.sites.take(np.flatnonzero(np.array(is_park, np.bool_)[self.sites.zone]))
+        parcels = replace(self.parcels, attributes=self.parcels.attributes.select([]))
+        return replace(self, ground=replace(self.ground, parcels=parcels), sites=sites)
 
     def heights(self, points: Floats) -> Floats:
         """[n] height of the ground in metres at points [n, 2], east and north in metres.
