@@ -1,7 +1,7 @@
 """Times, memory and sizes of a city on parcels of a grid: ``python -m benchmarks.measure_city FOLDER 10000``.
 
 A building has about 300 leaves. Each build runs in a process of its own, whose peak of memory is reported: one from
-nothing, and one after each of a few changes.
+nothing, and one after each of a few changes. The folder must be a new one.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Window --> [ color("#f0efe8") s('1, '1, 0.2) primitiveCube() Frame. ] color("#26
 
 def write_plan(folder: Path, number: int) -> Path:
     """A plan with so many parcels in blocks of two rows."""
-    folder.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True)
     write_map(folder, number, number)
     (folder / "rules.cga").write_text(RULES)
     plan = folder / "plan.toml"
