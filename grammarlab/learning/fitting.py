@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from importlib import import_module
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from grammarlab.errors import UsageError
@@ -44,11 +45,13 @@ def fit(
     warm: AbstractPreference | None = None,
     kinds: Sequence[Kind] = (),
     others: Rows | None = None,
+    designs: tuple[Rows, ArrayLike] | None = None,
 ) -> AbstractPreference:
     """A preference that explains the scores of some models and predicts those of all others.
 
     It is defined for every set of at least one label. Rows may repeat, and repeated rows may have different scores:
-    the prediction is then near their mean. If all scores are zero, all predictions are zero.
+    the prediction is then near their mean. If all scores are zero, all predictions are zero. As far as scores have no
+    pattern yet, the method ``blended`` predicts the same score for all models (`BlendedPreference.unexplained`).
 
     Args:
         rows: [n, F] finite numbers that describe the labelled models.
@@ -65,6 +68,9 @@ def fit(
         warm: the preference of the round before, found by the same method on the same columns.
         kinds: [n] kind of each label; by default all are scores.
         others: [n, F] rows of the other models of comparisons; only the method ``blended`` supports them.
+        designs: [m, F] rows of models and [m] >= 0, their density: equal weights for a sample of a grammar. The method
+            ``blended`` then predicts what `learn` learns, a density: each explanation has its share of these models.
+            Other methods ignore them.
 
     Raises:
         UsageError: If an argument is wrong or a library is missing; the message says where and what to do.
@@ -80,15 +86,17 @@ def fit(
     unknown = set(kinds) - set(get_args(Kind))
     if unknown:
         raise UsageError(f"kinds: expected {', '.join(get_args(Kind))}, found {', '.join(map(repr, sorted(unknown)))}.")
-    if set(kinds) - {"score"} and method == "blended":
-        with named_extras():
-            mixed = import_module("grammarlab.preference.mixed")
-        other_rows = rows if others is None else others
-        return mixed.fit(rows, scores, kinds=kinds, others=other_rows, groups=groups, continuous=continuous, seed=seed)
-    if set(kinds) & set(COMPARISONS):
+    if set(kinds) & set(COMPARISONS) and method != "blended":
         raise UsageError(f"kinds: the method {method!r} learns only from scores; use 'blended' with comparisons.")
+    is_mixed = method == "blended" and bool(set(kinds) - {"score"})
     with named_extras():
-        module = import_module(_MODULES[method])
-    options = {"continuous": continuous} if method in _WITH_CONTINUOUS else {}
-    options |= {"priors": priors} if method in _WITH_PRIORS else {}
-    return module.fit(rows, scores, groups=groups, seed=seed, warm=warm, **options)
+        module = import_module("grammarlab.preference.mixed" if is_mixed else _MODULES[method])
+    if is_mixed:
+        options: dict[str, Any] = {"kinds": kinds, "others": rows if others is None else others}
+    else:
+        options = {"warm": warm} | ({"priors": priors} if method in _WITH_PRIORS else {})
+    options |= {"continuous": continuous} if method in _WITH_CONTINUOUS else {}
+    preference = module.fit(rows, scores, groups=groups, seed=seed, **options)
+    if method == "blended" and designs is not None:
+        return preference.for_density(designs[0], np.asarray(designs[1], dtype=np.float64))
+    return preference

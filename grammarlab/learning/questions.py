@@ -158,7 +158,8 @@ def _relevant(table: DesignTable, preference: AbstractPreference | None) -> set[
     if preference is None:
         return set()
     numbers = [str(number) for number in range(len(table.group_names))]
-    groups = {int(entry.name.rpartition(": ")[2]) for entry in preference.explain(numbers) if entry.level != "none"}
+    entries = preference.explaining.explain(numbers)
+    groups = {int(entry.name.rpartition(": ")[2]) for entry in entries if entry.level != "none"}
     return {feature for feature, group in zip(table.features, table.groups.tolist(), strict=True) if group in groups}
 
 

@@ -31,13 +31,12 @@ from grammarlab.learning.designs.pool import Pool, PoolDesigns
 from grammarlab.learning.fitting import fit
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
-from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.further_columns import selected
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.liked import blunders_of, liked_are_rare, noise_of
 
 _MAX_DESIGNS = 2_000
-"""Number of designs of the pool on which cells and a process are compared."""
+"""Number of designs of the pool over which the parts of a preference are mixed as densities."""
 
 Report = Callable[[str, int, int], None]
 """Function called with the name of a task, the number of finished parts, and the number of all parts."""
@@ -194,11 +193,8 @@ def _learned(study: Study[Designs], state: State, updated: State, report: Report
         if before is None or state.answers[factor_answers.factor] is not factor_answers:
             others = table_rows(tables, columns, replace(factor_answers, designs=_compared(factor_answers)))
             warm = before if study.settings.warm else None
-            before = _fit(
-                table, table_rows(tables, columns, factor_answers), factor_answers, others, study.settings, warm
-            )
-            if isinstance(before, BlendedPreference):
-                before = before.for_density(*_some(table, tables.pool_designs.weights))
+            rows, designs = table_rows(tables, columns, factor_answers), _some(table, tables.pool_designs.weights)
+            before = _fit(table, rows, factor_answers, others, study.settings, warm, designs)
         preferences[factor_answers.factor] = before
     liked = tuple(factor_answers.factor for factor_answers in factors_answers if factor_answers.is_liked)
     return State(updated.answers, preferences, columns, liked, tables.pool_designs.pool.wide)
@@ -258,7 +254,13 @@ def _compared(answers: Answers) -> tuple[Address, ...]:
 
 
 def _fit(
-    table: DesignTable, rows: Ints, answers: Answers, others: Ints, settings: Settings, warm: AbstractPreference | None
+    table: DesignTable,
+    rows: Ints,
+    answers: Answers,
+    others: Ints,
+    settings: Settings,
+    warm: AbstractPreference | None,
+    designs: tuple[Floats, Floats],
 ) -> AbstractPreference:
     kinds = answers.kinds or ("score",) * len(rows)
     # In a fixed order, independent of the order of answers, since sums of floats depend on it.
@@ -281,4 +283,5 @@ def _fit(
         warm=warm,
         kinds=[kinds[index] for index in order.tolist()] if answers.kinds else (),
         others=table.rows[others[order]] if answers.kinds else None,
+        designs=designs,
     )

@@ -78,6 +78,11 @@ class AbstractPreference(ABC):
             UsageError: If there are fewer names than groups.
         """
 
+    @property
+    def explaining(self) -> AbstractPreference:
+        """What it explains, without a share that it leaves to the designs as they are: the preference to ask with."""
+        return self
+
     def column_weights(self) -> Floats | None:
         """[F] >= 0, weight of each column in the distance of two models; None without such a measure."""
         return None

@@ -55,6 +55,11 @@ class ProductPreference(AbstractPreference):
         total = np.prod(variance + mean**2, axis=0) - product**2
         return Prediction(MAX_SCORE * product, MAX_SCORE * np.sqrt(np.maximum(total, 0.0)))
 
+    @property
+    def explaining(self) -> ProductPreference:
+        """The product of what the factors explain."""
+        return ProductPreference({name: factor.explaining for name, factor in self.factors.items()})
+
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         """One entry per factor and group, ``factor: group``, most relevant first."""
         entries = [

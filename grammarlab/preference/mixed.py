@@ -2,11 +2,15 @@
 
 Under a kernel, sites replace labels that are not scores (`grammarlab.preference.processes.label_kinds`). Kernels and
 sites are improved in turns. Cells get the intervals of values. If all labels are scores, `blended.py` handles them.
+
+Both parts are believed by the likelihood of held-out labels, since comparisons appear in the evidence of cells twice.
+If nothing is explained, comparisons are decided by chance, and values of other labels have one distribution.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,16 +18,12 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE, Rows
-from grammarlab.preference.blended import (
-    MAX_HELD_OUT,
-    MIN_LABELS,
-    NUM_FOLDS,
-    PROCESS_SHARES,
-    BlendedPreference,
-    mean_share,
-)
+from grammarlab.preference.belief import belief, believed
+from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
+from grammarlab.preference.cells.person_error import PRICE_OF_BLUNDERS
+from grammarlab.preference.held_out_share import MAX_HELD_OUT, NUM_FOLDS, PROCESS_SHARES, Sketch, mean_share
 from grammarlab.preference.labels import Kind
 from grammarlab.preference.likelihood import Intervals, matched
 from grammarlab.preference.observations import checked_groups, checked_kinds
@@ -39,6 +39,7 @@ from grammarlab.preference.processes.label_kinds import (
     middle_of,
 )
 from grammarlab.preference.processes.posterior import Hyperparameters
+from grammarlab.preference.unexplained import Unexplained, unexplained
 
 START_NOISE = 5.0
 """Standard deviation in points before a kernel has been found."""
@@ -56,7 +57,7 @@ def fit(
     continuous: ArrayLike | None = None,
     seed: int = 0,
 ) -> BlendedPreference:
-    """Both kinds of preference, and the share of each by held-out labels.
+    """Both kinds of preference, the share of each by held-out labels, and how far they are believed.
 
     Args:
         rows: [n, F] finite numbers.
@@ -78,9 +79,34 @@ def fit(
     cells = partition.fit(
         observed.rows, observed.scores, groups=numbers, continuous=drawn, seed=seed, intervals=observed.intervals
     )
-    few = len(judgements.scores) < MIN_LABELS
-    share, sketches = (1.0, ()) if few else _share(judgements, observed, drawn, seed, process, cells)
-    return BlendedPreference(process, cells, share, sketches=sketches)
+    judged = _judged(judgements, observed, drawn, seed, process, cells)
+    num_labels = len(judgements.scores)
+    beliefs = [belief(gain, num_labels) for gain in (judged.process_gain, judged.cells_gain)]
+    share, rest = believed(1.0 if num_labels < MIN_LABELS else judged.share, *beliefs)
+    sketches = () if num_labels < MIN_LABELS else judged.sketches
+    return BlendedPreference(
+        process=process,
+        partition=cells,
+        share=share,
+        flat=judged.flat,
+        unexplained=rest,
+        sketches=tuple(BlendedPreference(*sketch, share, judged.flat, rest) for sketch in sketches),
+    )
+
+
+class _Judged(NamedTuple):
+    """What held-out labels say."""
+
+    share: float
+    """Share of the process, if both parts are believed."""
+    process_gain: float
+    """Log-likelihood of held-out labels by the process, less that of nothing explained, in nats."""
+    cells_gain: float
+    """The same by the cells."""
+    flat: Unexplained
+    """Nothing explained."""
+    sketches: tuple[Sketch, ...]
+    """Fits without the held-out labels."""
 
 
 def _in_turns(
@@ -106,54 +132,93 @@ def _under(judgements: Judgements, process: GroupedPreference) -> LabelObservati
     return label_observations(judgements, kernel, middle_of(judgements, kernel))
 
 
-def _share(
+def _judged(
     judgements: Judgements,
     observed: LabelObservations,
     continuous: Flags,
     seed: int,
     process: GroupedPreference,
     cells: PartitionPreference,
-) -> tuple[float, tuple[BlendedPreference, ...]]:
-    """Share of the process by the likelihood of held-out labels, and the fits without these labels."""
+) -> _Judged:
+    """Share of the process by the likelihood of held-out labels, and what both parts gain."""
     randomness = np.random.default_rng(seed)
     num_rows, num_labels = len(judgements.rows), len(judgements.scores)
     # Labels of equal rows are held out together: otherwise one would predict the other.
     fold_of = randomness.permutation(NUM_FOLDS * (1 + num_rows // NUM_FOLDS))[:num_rows] % NUM_FOLDS
     first, compared = judgements.first, judgements.second >= 0
     second = np.where(compared, judgements.second, first)
-    is_selected = np.zeros(num_labels, dtype=bool)
-    is_selected[randomness.permutation(num_labels)[:MAX_HELD_OUT]] = True
-    evidence, sketches = np.zeros(len(PROCESS_SHARES)), list[tuple[GroupedPreference, PartitionPreference]]()
+    selected = np.sort(randomness.permutation(num_labels)[:MAX_HELD_OUT])
+    alone = _alone(observed.bounds, compared).take(selected)
+    flat = unexplained(alone, fold_of[first[selected]], cells.cells.grid, (_error(cells),))
+    # Of the shares of the process, of a process with kernels found without the held-out labels, and of nothing.
+    evidence, sketches = np.zeros(len(PROCESS_SHARES) + 2), list[Sketch]()
+    evidence[-1] = flat.log_evidence
     for number in range(NUM_FOLDS):
         out = (fold_of[first] == number) | (fold_of[second] == number)
         is_training, apart = ~out[observed.label], np.flatnonzero((fold_of[observed.row_pairs] != number).all(axis=1))
-        held_out = np.flatnonzero(out & is_selected)
-        if len(held_out) and is_training.any() and len(apart):
-            with threadpool_limits(1, "blas"):
-                sketch = (
-                    process.conditioned_on(observed.observations.take(apart)),
-                    cells.without(
-                        observed.rows[is_training],
-                        observed.scores[is_training],
-                        continuous,
-                        observed.intervals.take(is_training),
-                    ),
-                )
-                parts = [np.clip(part.predict(judgements.rows).mean, 0.0, MAX_SCORE) for part in sketch]
-            sketches.append(sketch)
-            for index, share in enumerate(PROCESS_SHARES):
-                values = share * parts[0] + (1.0 - share) * parts[1]
-                differences = values[first[held_out]] - compared[held_out] * values[second[held_out]]
-                evidence[index] += _log_likelihood(observed.bounds.take(held_out), differences, cells)
+        held_out = selected[out[selected]]
+        if not (len(held_out) and is_training.any() and len(apart)):
+            continue
+        with threadpool_limits(1, "blas"):
+            known = observed.observations.take(apart)
+            sketch = (
+                process.conditioned_on(known),
+                cells.without(
+                    observed.rows[is_training],
+                    observed.scores[is_training],
+                    continuous,
+                    observed.intervals.take(is_training),
+                ),
+            )
+            refitted = grouped.fit_observed(
+                observed.search_observations.take(apart),
+                groups=process.groups,
+                continuous=continuous,
+                seed=seed,
+                starts=1,
+            ).conditioned_on(known)
+            by_process, by_cells, by_refitted = (
+                np.clip(part.predict(judgements.rows).mean, 0.0, MAX_SCORE) for part in (*sketch, refitted)
+            )
+        sketches.append(sketch)
+        mixtures = [share * by_process + (1.0 - share) * by_cells for share in PROCESS_SHARES]
+        bounds = observed.bounds.take(held_out)
+        for index, values in enumerate((*mixtures, by_refitted)):
+            differences = values[first[held_out]] - compared[held_out] * values[second[held_out]]
+            evidence[index] += _log_likelihood(bounds, differences, cells)
+        evidence[-1] += float(np.log(bounds.length[compared[held_out]] / MAX_SCORE).sum())
     # Cells are preferred for the divisions that they find. Undivided ones are the hypothesis that all designs are liked
     # equally, which explains no comparison: it has the same odds as any other share.
     undivided = compared.any() and cells.trees[0].split is None
-    share = mean_share(evidence, 1.0) if undivided else mean_share(evidence)
-    return share, tuple(BlendedPreference(*part, share) for part in sketches)
+    by_share = evidence[: len(PROCESS_SHARES)]
+    share = mean_share(by_share, 1.0) if undivided else mean_share(by_share)
+    price = PRICE_OF_BLUNDERS * flat.blunders
+    return _Judged(
+        share=share,
+        process_gain=float(evidence[-2] - price - evidence[-1]),
+        cells_gain=float(evidence[0] - price - evidence[-1]),
+        flat=flat,
+        sketches=tuple(sketches),
+    )
+
+
+def _alone(bounds: Intervals, compared: Flags) -> Intervals:
+    """Intervals of labels, with comparisons as labels that say nothing about a single value."""
+    return Intervals(
+        np.where(compared, -np.inf, bounds.low),
+        np.where(compared, np.inf, bounds.high),
+        np.where(compared, MAX_SCORE, bounds.length),
+        np.where(compared, 1.0, bounds.looks),
+        np.where(compared, 0.0, bounds.variance),
+    )
+
+
+def _error(cells: PartitionPreference) -> tuple[float, float]:
+    """Noise and blunders for the likelihood of held-out labels."""
+    return max(cells.noise, MIN_NOISE), max(cells.blunders, BLUNDER_PROBABILITY)
 
 
 def _log_likelihood(intervals: Intervals, values: Floats, cells: PartitionPreference) -> float:
     """Log-likelihood of labels, given values [n], under the error model of the cells."""
-    noise, blunders = max(cells.noise, MIN_NOISE), max(cells.blunders, BLUNDER_PROBABILITY)
-    evidence, _, _ = matched(intervals, values, np.full(len(values), 1e-9), noise, blunders)
+    evidence, _, _ = matched(intervals, values, np.full(len(values), 1e-9), *_error(cells))
     return float(evidence.sum())

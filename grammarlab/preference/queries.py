@@ -143,6 +143,8 @@ def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
     """
     if way not in WAYS:
         raise UsageError(f"unknown query strategy {way!r}; expected one of {', '.join(WAYS)}.")
+    if situation.preference is not None:
+        situation = replace(situation, preference=situation.preference.explaining)
     available = (
         len(situation.scored) if way == "already ranked" else len(situation.pool) - len(np.unique(situation.scored))
     )

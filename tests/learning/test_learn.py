@@ -94,6 +94,18 @@ def test_truth_is_the_highest_score_and_falsehood_the_lowest():
     assert told.predicted.words.likes
 
 
+def test_scores_without_a_pattern_leave_the_grammar_as_it_was():
+    coins = np.random.default_rng(3)
+    found = learn(GRAMMAR, lambda forest: 100.0 * (coins.random(forest.num_models) < 0.5), 32, pool=SMALL)
+    assert [factor.unexplained for factor in found.predicted.factors] == [1.0]
+    np.testing.assert_allclose(found.learned.ratio(derive(GRAMMAR, 100, 99)), 1.0)
+    assert found.learned.rules_after == found.learned.rules_before
+    (line,) = found.predicted.words.lines
+    assert line.startswith("No pattern yet: the original is kept (what was found explains ")
+    assert line in repr(found)
+    assert found.features == ()
+
+
 def test_a_learned_comparison_reads_like_one():
     grammar = Grammar.parse("attr a = rand(0, 10)\nattr b = rand(0, 10)\nLot --> s(1 + a, 1 + b, 1) A")
     draws = [Draw("a"), Draw("b")]

@@ -61,7 +61,7 @@ def test_a_person_who_has_seen_every_kind_of_design_is_understood():
     assert predictions(STUDY, state)[:SIZE] == pytest.approx(true, abs=0.5)
 
 
-def test_a_process_counts_by_how_much_it_likes_of_the_pool():
+def test_a_preference_is_a_density_over_the_pool():
     study = study_of(BitsSpace(share=0.15))
     truth = 90.0 * (study.space.make(POOL)[:, :2].sum(axis=1) == 2.0)
     said = np.clip(truth + 10.0 * np.random.default_rng(0).normal(size=SIZE), 0.0, 100.0)[:40]
@@ -69,9 +69,10 @@ def test_a_process_counts_by_how_much_it_likes_of_the_pool():
     found = state.preferences["overall"]
     assert isinstance(found, BlendedPreference)
     assert 0.0 < found.share < 1.0
-    again = replace(found, damping=1.0).for_density(study.table(state).rows, study.tables().pool_designs.weights)
-    assert found.damping == pytest.approx(again.damping)
-    assert found.damping < 0.9
+    rows = study.table(state).rows
+    again = found.for_density(rows, study.tables().pool_designs.weights)
+    assert found.density == again.density
+    np.testing.assert_array_equal(found.predict(rows).mean, again.predict(rows).mean)
 
 
 def test_designs_from_elsewhere_are_learned_from_like_those_of_the_pool():

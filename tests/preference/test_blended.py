@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import norm
 
 from grammarlab.errors import UsageError
+from grammarlab.learning.fitting import fit
 from grammarlab.preference import blended
+from grammarlab.preference.cells import partition
+from grammarlab.preference.factors import ProductPreference
+from grammarlab.preference.held_out_share import held_out
+from grammarlab.preference.processes import grouped
 
 
 def coins(number, width, seed):
@@ -68,72 +72,21 @@ def test_noise_that_a_process_explains_by_many_draws_is_noise():
     assert 5.0 < found.noise < 20.0
 
 
-def shared(process, cells, scores, row=None):
-    """Share of a process that misses scores by some points, and cells that miss them by others."""
-    predicted = np.clip(np.stack([scores + process, scores + cells]), 0.0, 100.0)
-    return blended._share_by(predicted, scores, np.arange(len(scores)) if row is None else row)
-
-
-def test_cells_are_preferred_if_both_parts_are_equally_good():
-    scores = np.linspace(20.0, 80.0, 40)
-    same = 5.0 * np.random.default_rng(0).normal(size=40)
-    assert shared(same, same, scores) == pytest.approx(
-        np.sum(blended.PROCESS_SHARES) / (20.0 + len(blended.PROCESS_SHARES) - 1.0)
-    )
-
-
-def test_the_share_is_a_mean_over_the_posterior_of_shares():
-    randomness, scores = np.random.default_rng(1), np.linspace(20.0, 80.0, 30)
-    process, cells = 4.0 * randomness.normal(size=30), 6.0 * randomness.normal(size=30)
-
-    def density(share, noise):
-        return np.prod(0.97 * norm.pdf(share * process + (1.0 - share) * cells, 0.0, noise) + 0.03 / 100.0)
-
-    densities = np.array([sum(density(share, noise) for noise in blended._NOISES) for share in blended.PROCESS_SHARES])
-    odds = densities**0.25 * np.append(20.0, np.ones(len(blended.PROCESS_SHARES) - 1))
-    assert shared(process, cells, scores) == pytest.approx(odds @ blended.PROCESS_SHARES / odds.sum())
-
-
-def test_the_better_part_gets_almost_all():
-    randomness = np.random.default_rng(2)
-    good, poor = 3.0 * randomness.normal(size=60), 20.0 * randomness.normal(size=60)
-    scores = np.linspace(20.0, 80.0, 60)
-    assert shared(good, poor, scores) > 0.85
-    assert shared(poor, good, scores) < 0.05
-
-
-def test_a_random_score_does_not_choose_the_part():
-    randomness = np.random.default_rng(3)
-    good, poor = 4.0 * randomness.normal(size=60), 12.0 * randomness.normal(size=60)
-    good[7] = 70.0
-    assert shared(good, poor, np.full(60, 20.0)) > 0.7
-
-
-def test_scores_of_one_design_count_once():
-    randomness = np.random.default_rng(4)
-    good, poor = 4.0 * randomness.normal(size=20), 12.0 * randomness.normal(size=20)
-    scores, row = np.linspace(20.0, 80.0, 20), np.arange(20)
-    again = np.append(row, [3] * 40)
-    assert shared(good[again], poor[again], scores[again], again) == pytest.approx(shared(good, poor, scores))
-
-
-def test_contradicting_scores_of_a_design_are_its_mean():
-    scores, row = np.append(np.zeros(8), np.full(8, 90.0)), np.tile(np.arange(8), 2)
-    assert blended._share_by(np.stack([np.full(16, 45.0), np.zeros(16)]), scores, row) > 0.9
-
-
 def test_cells_that_like_no_scored_design_have_no_share():
     rows, scores = coins(20, 6, 1), np.zeros(20)
     scores[12] = 67.0
-    found = blended.fit(rows, scores)
-    assert found.partition.predict(rows).mean.max() < 1.0
-    assert found.share == 1.0
+    process, cells = grouped.fit(rows, scores), partition.fit(rows, scores)
+    assert cells.predict(rows).mean.max() < 1.0
+    assert held_out(rows, scores, np.zeros(6, dtype=bool), 0, process, cells).share == 1.0
     assert blended.fit(rows, 80.0 * rows[:, 0]).share < 1.0
 
 
-def test_few_labels_are_believed_to_the_process():
-    rows = coins(10, 4, 6)
-    assert blended.fit(rows, 50.0 * rows[:, 0]).share == 1.0
+def test_few_scores_that_two_columns_explain_are_believed_and_a_few_less_are_not():
+    rows = coins(40, 4, 6)
+    scores = 40.0 * rows[:, 0] + 30.0 * rows[:, 1]
+    kept = [blended.fit(rows[:num], scores[:num]).unexplained for num in (1, 4, 24, 40)]
+    assert kept == sorted(kept, reverse=True)
+    assert (kept[0], kept[-1]) == (1.0, 0.0)
 
 
 def test_parts_are_explained_by_name():
@@ -155,20 +108,66 @@ def test_a_flag_for_each_column_is_asked_for():
         blended.fit(coins(5, 3, 9), [1.0] * 5, continuous=[True])
 
 
-def test_a_process_does_not_hide_what_cells_like_of_few_designs():
+@pytest.mark.parametrize("unexplained", [0.0, 0.4, 1.0])
+def test_a_density_is_a_mixture_of_the_densities_of_its_parts(unexplained):
     rows = coins(4000, 12, 8)
     rare = rows[:, :8].min(axis=1)
     asked = np.concatenate([np.flatnonzero(rare)[:8], np.arange(60)])
     given = np.clip(90.0 * rare[asked] + 10.0 * np.random.default_rng(3).normal(size=68), 0.0, 100.0)
-    found = replace(blended.fit(rows[asked], given), share=0.2)
-    damped = found.for_density(rows, np.ones(len(rows)))
-    cells, process = damped.partition.predict(rows).mean, found.predict_values(rows).mean
-    assert cells.sum() < found.partition.predict(rows).mean.sum()
-    odds = 0.25 * min(1.0, cells.sum() / process.sum()) ** 7
-    np.testing.assert_allclose(damped.predict(rows).mean, (odds * process + cells) / (1.0 + odds), rtol=1e-9, atol=1e-9)
-    assert damped.damping == pytest.approx(odds / 0.25)
-    alone = replace(found, share=0.0).for_density(rows, np.ones(len(rows)))
-    np.testing.assert_array_equal(alone.predict(rows).mean, cells)
-    assert alone.damping == 1.0
-    by_process = replace(found, share=1.0)
-    assert by_process.for_density(rows, np.ones(len(rows))) is by_process
+    weights = np.random.default_rng(4).random(4000)
+    found = replace(blended.fit(rows[asked], given), share=0.2, unexplained=unexplained)
+    mixed = found.for_density(rows, weights)
+    cells, process = found.partition.for_density(rows, weights).predict(rows).mean, found.predict_values(rows).mean
+    shares = (1.0 - unexplained) * 0.2, (1.0 - unexplained) * 0.8, unexplained
+    densities = [weights * part / (weights @ part) for part in (process, cells, np.ones(4000))]
+    learned = weights * mixed.predict(rows).mean
+    np.testing.assert_allclose(learned / learned.sum(), np.array(shares) @ densities, rtol=1e-9, atol=1e-12)
+    # The highest value is that of the mixture of values.
+    plain = replace(found, partition=found.partition.for_density(rows, weights))
+    assert mixed.predict(rows).mean.max() == pytest.approx(plain.predict(rows).mean.max())
+    np.testing.assert_allclose(mixed.predict(rows).std, plain.predict(rows).std)
+
+
+def test_a_part_that_likes_no_design_leaves_their_density():
+    rows = coins(40, 4, 2)
+    found = replace(blended.fit(rows, 80.0 * rows[:, 0]), share=0.0)
+    none = rows[rows[:, 0] == 0.0]
+    assert np.ptp(found.for_density(none, np.ones(len(none))).predict(none).mean) == pytest.approx(0.0)
+
+
+def test_a_fit_with_designs_is_the_density_over_them():
+    rows, designs = coins(40, 6, 1), coins(300, 6, 2)
+    scores, weights = 80.0 * rows[:, 0] * rows[:, 1], np.random.default_rng(0).random(300)
+    learned = fit(rows, scores, designs=(designs, weights)).predict(designs)
+    expected = blended.fit(rows, scores).for_density(designs, weights).predict(designs)
+    np.testing.assert_array_equal(learned.mean, expected.mean)
+    np.testing.assert_array_equal(learned.std, expected.std)
+    assert isinstance(fit(rows, scores, method="grouped", designs=(designs, weights)), grouped.GroupedPreference)
+
+
+def test_an_unexplained_factor_changes_no_product():
+    rows = coins(60, 6, 3)
+    known = blended.fit(rows, 80.0 * rows[:, 0]).for_density(rows, np.ones(60))
+    unknown = replace(blended.fit(rows, 50.0 * rows[:, 1] + 50.0 * rows[:, 2]), unexplained=1.0)
+    product = ProductPreference({"one": known, "other": unknown.for_density(rows, np.ones(60))})
+    values, alone = product.predict(rows).mean, known.predict(rows).mean
+    np.testing.assert_allclose(values / values.sum(), alone / alone.sum(), atol=1e-12)
+    assert np.ptp(product.explaining.factors["other"].predict(rows).mean) > 20.0
+
+
+def test_what_is_unexplained_depends_on_nothing():
+    rows = coins(60, 3, 8)
+    found = blended.fit(rows, 90.0 * rows[:, 2])
+    shares = [
+        max(entry.share for entry in replace(found, unexplained=kept).explain(["a", "b", "c"]))
+        for kept in (0.0, 0.5, 1.0)
+    ]
+    assert shares == pytest.approx([shares[0], 0.5 * shares[0], 0.0])
+    assert shares[0] > 0.1
+
+
+def test_an_unexplained_preference_is_as_unsure_as_its_scores_differ():
+    rows, scores = coins(200, 3, 8), np.repeat([20.0, 80.0], 100)
+    prediction = replace(blended.fit(rows, scores), unexplained=1.0).predict(rows)
+    np.testing.assert_allclose(prediction.mean, 50.0, atol=0.5)
+    np.testing.assert_allclose(prediction.std, scores.std(), atol=2.0)

@@ -68,7 +68,7 @@ def test_scores_of_zero_only_predict_zero_and_stay_unsure_elsewhere(method):
 
 
 def test_contradicting_scores_meet_in_the_middle(method):
-    preference = fit([[0.0], [0.0], [0.0], [4.0]], [30.0, 60.0, 30.0, 0.0], method=method)
+    preference = fit([[0.0], [0.0], [0.0], [4.0]], [30.0, 60.0, 30.0, 0.0], method=method).explaining
     is_sound(preference.predict([[0.0]]), 1)
     assert preference.predict([[0.0]]).mean[0] == pytest.approx(40.0, abs=6.0 if method in LEARN_NOISE else 0.5)
 

@@ -54,12 +54,14 @@ class Words:
     ``Crown = Mast (+20)`` a part with the points that it adds."""
     dislikes: tuple[str, ...]
     """Disliked kinds, most frequent first."""
+    knowledge: tuple[str, ...] = ()
+    """What is not known yet, see `grammarlab.learning.targets.knowledge`."""
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """A sentence for each side that is not empty."""
+        """What is not known yet, and a sentence for each side that is not empty."""
         sides = (("Likes", self.likes), ("Does not like", self.dislikes))
-        return tuple(f"{side}: {'; '.join(kinds)}." for side, kinds in sides if kinds)
+        return (*self.knowledge, *(f"{side}: {'; '.join(kinds)}." for side, kinds in sides if kinds))
 
 
 @dataclass(frozen=True, slots=True)

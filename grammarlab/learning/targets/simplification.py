@@ -18,7 +18,9 @@ from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.explanation import Words, words_of
+from grammarlab.learning.targets.knowledge import knowledge_of
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Relevance
+from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of, round_between
 from grammarlab.preference.simplified import SimplifiedPreference, drawn_to_levels, needed_columns
 
@@ -62,6 +64,8 @@ class SimplifiedFactor:
     """Relevance of the groups of columns, in the order of their numbers."""
     predicted: Floats
     """[m] score of each design of the pool, 0 to 100."""
+    unexplained: float = 0.0
+    """Share of the original that is kept because no pattern is known yet, 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,9 @@ def predict(study: Study[Designs], state: State) -> Predicted:
     shares = np.max([[entry.share for entry in factor.relevances] for factor in factors], axis=0)[table.groups]
     scores = product([factor.predicted for factor in factors])
     if scores[possible].any():
-        return Predicted(factors, scores, shares, words_of(table, scores, pool_designs.weights))
+        words = words_of(table, scores, pool_designs.weights)
+        knowledge = knowledge_of({name: state.preferences[name] for name in state.liked})
+        return Predicted(factors, scores, shares, replace(words, knowledge=knowledge))
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
     finding = (
         "none of the models of the pool is predicted to be liked, so only the order of the predictions is used: score "
@@ -281,7 +287,8 @@ def _factor(
     numbers = [str(number) for number in range(len(table.group_names))]
     shares = {int(relevance.name): relevance for relevance in preference.explain(numbers)}
     relevances = tuple(replace(shares[number], name=name) for number, name in enumerate(table.group_names))
-    return SimplifiedFactor(name, num_labels, relevances, predicted)
+    unexplained = preference.unexplained if isinstance(preference, BlendedPreference) else 0.0
+    return SimplifiedFactor(name, num_labels, relevances, predicted, unexplained)
 
 
 def _above_the_lowest(preference: AbstractPreference, pool: Floats) -> Floats:

@@ -21,6 +21,7 @@ from grammarlab.learning.round import State, Study, answered, init, step
 from grammarlab.learning.stopping import NUM_MORE, expected_gain
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.learning.targets.explanation import words_of
+from grammarlab.learning.targets.knowledge import knowledge_of
 from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.workers.tasks import (
@@ -129,12 +130,13 @@ class _LastUpdate:
         return names[next_factor(self._study, self._state, names, NUM_MORE)] if len(names) > 1 else ""
 
     def _words(self, product: Predictions | None) -> tuple[str, ...]:
-        """Liked and disliked kinds in words."""
+        """What is not known yet, and liked and disliked kinds, in words."""
         if product is None:
             return ()
+        knowledge = knowledge_of({name: self._state.preferences[name] for name in self._state.liked})
         weights = self._study.tables(self._state.wide).pool_designs.weights
         scores = np.clip(product.mean[: len(weights)], 0.0, MAX_SCORE).astype(np.float64)
-        return words_of(self._study.table(self._state), scores, weights).lines
+        return (*knowledge, *words_of(self._study.table(self._state), scores, weights).lines)
 
     def _set_state(self, state: State, numbers: Mapping[str, int]) -> None:
         self._version += (state.wide, state.columns) != (self._state.wide, self._state.columns)

@@ -38,6 +38,7 @@ from grammarlab.preference.cells.person_error import (
     BLUNDERS,
     LOW_TEMPERATURE,
     NOISES,
+    PRICE_OF_BLUNDERS,
     Start,
     enough,
     find_error,
@@ -121,6 +122,11 @@ class PartitionPreference(AbstractPreference):
     def blunders(self) -> float:
         """Probability of a blunder."""
         return self.cells.blunders
+
+    @property
+    def log_evidence(self) -> float:
+        """Log of the evidence of the most likely tree, with the prices of its splits and of blunders, in nats."""
+        return self.trees[0].log_posterior - PRICE_OF_BLUNDERS * self.blunders
 
     @cached_property
     def shares(self) -> Floats:

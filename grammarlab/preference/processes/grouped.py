@@ -98,6 +98,11 @@ class GroupedPreference(AbstractPreference):
         )
         return replace(self, observations=observations, explanations=explanations)
 
+    @property
+    def noise_variance(self) -> float:
+        """Variance of a score around the function, by the best explanation, in squared points."""
+        return self.explanations[0].posterior.hyperparameters.noise
+
     def column_weights(self) -> Floats:
         """[F] the weight of each column, averaged over the explanations."""
         weights = np.stack([explanation.posterior.hyperparameters.weights for explanation in self.explanations])

@@ -171,7 +171,7 @@ def starting_kernels(problem: KernelProblem, seed: int, num_random: int, continu
     weights = [0.05 * problem.varying, 0.5 * problem.varying, *(0.05 * problem.varying * half for half in chosen)]
     counts = problem.varying * (1.0 - continuous)
     if (counts < problem.varying).any() and counts.any():
-        weights.insert(1, 0.05 * counts)
+        weights.insert(2, 0.05 * counts)
     return [Kernel(weight, *middle) for weight in weights]
 
 

@@ -69,8 +69,8 @@ def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
         ("step", "moves the density by"), [(step.name, nats(step.js)) for step in result.density.steps]
     )
     factors = markdown_table(
-        ("factor", "labels"),
-        [(factor.name, f"{factor.num_labels}") for factor in result.factors],
+        ("factor", "labels", "original kept"),
+        [(factor.name, f"{factor.num_labels}", f"{factor.unexplained:.0%}") for factor in result.factors],
     )
     features = zip(result.density.names, result.density.features, strict=True)
     listing = "\n".join(f"- {name} (`{feature}`)" for name, feature in features)

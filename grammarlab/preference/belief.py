@@ -1,0 +1,123 @@
+"""How far the parts of a blend are believed, against the hypothesis that no column explains the scores.
+
+Each part gains some nats on that hypothesis (`grammarlab.preference.unexplained`), and is believed with the
+probability that follows from the gain and from prior odds. Leaving the grammar as it was needs evidence: few scores are
+explained by something in hundreds of columns, so the odds are higher for few scores.
+
+Cells have an evidence of their own, in which the search for their divisions has its price; their held-out scores
+misjudge them in both directions. The evidence of a process is a maximum over kernels, so it is judged by held-out
+scores. Kernels are searched for again without them, since kernels that were found with them contain them.
+
+A process that predicts a mean score m with standard deviation s changes the distribution h of values to
+
+    h(v) exp(-(m - e(v))^2 / 2 (s^2 + t^2)),
+
+with e(v) the mean score of a value: it says which of the values of this person a design has. Its likelihood is a mean
+over standard deviations t of what it misses. So it gains nothing by agreeing with h, and loses little if it is wrong
+about some scores.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.preference.cells.cells import grid_of
+from grammarlab.preference.cells.person_error import NOISES
+from grammarlab.preference.held_out_share import some_labels
+from grammarlab.preference.likelihood import expected_score, log_likelihood
+from grammarlab.preference.processes import grouped
+from grammarlab.preference.unexplained import Unexplained, folds_of, unexplained
+
+SURE = 0.95
+"""Probability from which on something counts as certain."""
+_MIN_ODDS = 3.0
+"""Prior odds that nothing is explained, against a part that explains something, if there are many scores."""
+_ODDS_SCORES = 80.0
+"""Number of scores times the prior odds, if there are few scores."""
+_NUM_STARTS = 2
+"""Number of starts of each search for kernels: with one, smooth preferences of many draws are missed."""
+_MIN_TILT = 1e-12
+"""Smallest factor on the probability of a value, so that none is impossible."""
+
+
+def belief(gain: float, num_scores: int) -> float:
+    """Probability that a part explains the scores, 0 to 1.
+
+    Args:
+        gain: its evidence on that of nothing explained, in nats.
+        num_scores: number of scores, >= 1.
+
+    >>> round(belief(0.0, 16), 3), round(belief(0.0, 1000), 3), round(belief(10.0, 16), 3)
+    (0.167, 0.25, 1.0)
+    """
+    odds = max(_MIN_ODDS, _ODDS_SCORES / num_scores)
+    return 1.0 / (1.0 + odds * float(np.exp(-np.clip(gain, -100.0, 100.0))))
+
+
+def believed(share: float, process: float, cells: float) -> tuple[float, float]:
+    """Share of the process in what is explained, and the share that is not.
+
+    These are expectations if each part is right or wrong on its own: a part that is wrong hands its share to the other.
+
+    Args:
+        share: share of the process if both parts are believed, 0 to 1.
+        process: belief in the process, 0 to 1.
+        cells: belief in the cells, 0 to 1.
+
+    >>> believed(0.25, 1.0, 1.0), believed(0.25, 0.0, 1.0), believed(0.25, 0.0, 0.0)
+    ((0.25, 0.0), (0.0, 0.0), (0.25, 1.0))
+    """
+    by_process = process * (share + (1.0 - share) * (1.0 - cells))
+    by_cells = cells * (1.0 - share + share * (1.0 - process))
+    explained = by_process + by_cells
+    in_explained = by_process / explained if explained > 0.0 else share
+    unexplained = (1.0 - process) * (1.0 - cells)
+    return in_explained, unexplained if 1.0 - SURE < unexplained < SURE else float(round(unexplained))
+
+
+def process_gain(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, seed: int) -> float:
+    """Gain in nats of a process on nothing explained, in predicting held-out scores; 0 if all rows are equal.
+
+    Args:
+        rows: [n, F] rows of the labels.
+        scores: [n] 0-100.
+        groups: [F] group numbers.
+        continuous: [F] whether columns are continuous.
+        seed: seed of the held-out labels, and of searches for kernels.
+    """
+    selected = some_labels(len(scores), seed)
+    rows, scores = rows[selected], scores[selected]
+    fold = folds_of(rows, seed)
+    if not fold.any():
+        return 0.0
+    means, sds = np.zeros((2, len(scores)))
+    for number in range(int(fold.max()) + 1):
+        out = fold == number
+        process = grouped.fit(
+            rows[~out], scores[~out], groups=groups, continuous=continuous, seed=seed, starts=_NUM_STARTS
+        )
+        prediction = process.predict(rows[out])
+        means[out] = prediction.mean
+        sds[out] = np.sqrt(np.maximum(prediction.std**2 - process.noise_variance, 0.0))
+    return gain_of(unexplained(scores, fold, grid_of(scores)), scores, fold, means, sds)
+
+
+def gain_of(flat: Unexplained, scores: Floats, fold: Ints, means: Floats, sds: Floats) -> float:
+    """Gain in nats of predictions of held-out scores on nothing explained.
+
+    Args:
+        flat: nothing explained.
+        scores: [n] 0-100.
+        fold: [n] part of each score, which `flat` and the predictions were made without.
+        means: [n] predicted means of scores.
+        sds: [n] >= 0, standard deviations of these means.
+    """
+    likelihoods = np.exp(log_likelihood(scores, flat.grid, flat.noise, flat.blunders).astype(np.float64))
+    values = flat.held_out[fold]
+    away = (means[:, None] - expected_score(flat.grid, flat.noise, blunders=0.0)) ** 2
+    variances = sds**2 + np.array(NOISES)[:, None] ** 2
+    tilted = values * (np.exp(-0.5 * away / variances[:, :, None]) + _MIN_TILT)
+    predicted = (tilted * likelihoods).sum(axis=2) / tilted.sum(axis=2)
+    gains = np.log(predicted / (values * likelihoods).sum(axis=1)).sum(axis=1)
+    return float(np.logaddexp.reduce(gains) - np.log(len(NOISES)))

@@ -1,0 +1,159 @@
+"""Share of a process beside cells, by the likelihood of held-out scores.
+
+Cells (`grammarlab.preference.cells.partition`) are better than processes if a person has few values and makes errors,
+processes (`grammarlab.preference.processes.grouped`) are better than cells if many parts or draws add up, or scores are
+exact. Both keep their structure where scores are held out, so that both are about as optimistic.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.cells.partition import PartitionPreference
+from grammarlab.preference.cells.person_error import BLUNDERS, NOISES
+from grammarlab.preference.likelihood import expected_score
+from grammarlab.preference.observations import observe
+from grammarlab.preference.processes.grouped import GroupedPreference
+from grammarlab.preference.unexplained import folds_of
+
+PROCESS_SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
+"""Candidate shares of the process."""
+_ODDS_OF_CELLS = 20.0
+"""Prior odds of cells alone against any other share."""
+_ODDS_OF_BOXES = 1e4
+"""The same if boxes explain the scores: most questions were about what boxes dispute, where they know least."""
+_MISSED_BY_BOXES = 0.1
+"""Share of held-out scores that say nothing if boxes explain the scores: these are looked for again without them, and
+one bound more or less decides about many of the scores that boxes disputed."""
+_LIKELIHOOD_POWER = 0.25
+"""Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
+their structure from all scores."""
+_NOISES = (3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
+"""Candidate standard deviations of the errors on held-out scores, in points."""
+_MIN_SHARE = 0.005
+"""Share of the process below which it is left out."""
+NUM_FOLDS = 3
+"""Number of parts of the labels, each held out once."""
+MAX_HELD_OUT = 160
+"""Largest number of labels that are held out in turn; of more, a part with the same distribution of scores."""
+_MIN_LIKED = 1.0
+"""Smallest value of a liked design, in points."""
+
+Sketch = tuple[GroupedPreference, PartitionPreference]
+"""Both kinds of preference, fitted quickly to a part of the labels."""
+
+
+class HeldOut(NamedTuple):
+    """What held-out scores say."""
+
+    share: float
+    """Share of the process, 0 to 1."""
+    errors: Floats
+    """[n] predictions of held-out scores with this share, minus the scores."""
+    scores: Floats
+    """[n] these scores."""
+    sketches: tuple[Sketch, ...]
+    """Fits without the held-out scores."""
+
+    @property
+    def explained_variance(self) -> float:
+        """Share of the variance of the scores that predictions explain, 0 to 1; 0 if the scores are equal."""
+        variance = float(np.var(self.scores))
+        return max(1.0 - float(np.mean(self.errors**2)) / variance, 0.0) if variance > 0.0 else 0.0
+
+
+def held_out(
+    rows: Floats, scores: Floats, continuous: Flags, seed: int, process: GroupedPreference, cells: PartitionPreference
+) -> HeldOut:
+    """Predictions of held-out scores by both parts, and the share of the process that explains these best.
+
+    Args:
+        rows: [n, F] rows of the labels.
+        scores: [n] 0-100.
+        continuous: [F] whether columns are continuous instead of counts.
+        seed: seed of the choice of held-out labels.
+        process: the process, fitted to all labels.
+        cells: the cells, fitted to all labels.
+    """
+    selected = some_labels(len(scores), seed)
+    rows, scores = rows[selected], scores[selected]
+    fold = folds_of(rows, seed, NUM_FOLDS)
+    predicted, sketches = np.zeros((2, len(scores))), list[Sketch]()
+    for number in range(NUM_FOLDS):
+        is_held_out, is_training = fold == number, fold != number
+        if is_held_out.any() and is_training.any():
+            # A process that is fitted to fewer labels often ends in a poor optimum.
+            with threadpool_limits(1, "blas"):
+                sketch = (
+                    process.conditioned_on(observe(rows[is_training], scores[is_training])),
+                    cells.without(rows[is_training], scores[is_training], continuous),
+                )
+                predicted[:, is_held_out] = [preference.predict(rows[is_held_out]).mean for preference in sketch]
+            sketches.append(sketch)
+    # Blunders are a part of the likelihood of their own.
+    predicted[1] = expected_score(predicted[1], cells.noise, blunders=0.0)
+    predicted = np.clip(predicted, 0.0, MAX_SCORE)
+    share = _share(rows, scores, predicted, cells)
+    return HeldOut(share, share * predicted[0] + (1.0 - share) * predicted[1] - scores, scores, tuple(sketches))
+
+
+def some_labels(num: int, seed: int) -> Ints:
+    """Indices of at most `MAX_HELD_OUT` of a number of labels, ascending."""
+    return np.sort(np.random.default_rng(seed).permutation(num)[:MAX_HELD_OUT])
+
+
+def _share(rows: Floats, scores: Floats, predicted: Floats, cells: PartitionPreference) -> float:
+    # Cells that like no scored design would only make the values of the process smaller.
+    if cells.predict(rows).mean.max() < _MIN_LIKED:
+        return 1.0
+    # Boxes that contradict no score are no worse for missing some of them, held out near a bound.
+    if cells.boxes and cells.noise <= NOISES[0] and cells.blunders <= BLUNDERS[0]:
+        return 0.0
+    _, row = np.unique(rows, axis=0, return_inverse=True)
+    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_CELLS, BLUNDERS[1])
+    return share_by(predicted, scores, row.reshape(-1), *prior)
+
+
+def share_by(
+    predicted: Floats,
+    scores: Floats,
+    row: Ints,
+    odds_of_cells: float = _ODDS_OF_CELLS,
+    blunders: float = BLUNDERS[1],
+) -> float:
+    """The share of the process by held-out scores.
+
+    Args:
+        predicted: [2, n] predictions of the process and of the cells, 0-100.
+        scores: [n] 0-100; each is random with a small probability.
+        row: [n] design of each score, from 0; a design counts once, with the mean of its scores.
+        odds_of_cells: prior odds of cells alone.
+        blunders: probability that a score says nothing.
+    """
+    shares = np.array(PROCESS_SHARES)[:, None]
+    process, cells, mean_scores = (np.bincount(row, values) / np.bincount(row) for values in (*predicted, scores))
+    errors = shares * process + (1.0 - shares) * cells - mean_scores
+    likelihoods = np.full(len(PROCESS_SHARES), -np.inf)
+    for noise in _NOISES:
+        densities = np.exp(-0.5 * (errors / noise) ** 2) / (noise * np.sqrt(2.0 * np.pi))
+        likelihood = np.log((1.0 - blunders) * densities + blunders / MAX_SCORE).sum(axis=1)
+        likelihoods = np.logaddexp(likelihoods, likelihood)
+    return mean_share(likelihoods, odds_of_cells)
+
+
+def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_CELLS) -> float:
+    """The mean of `PROCESS_SHARES` under their posterior; 0 if it is small.
+
+    Args:
+        log_likelihoods: [S] log-likelihood of held-out labels for each of the shares.
+        odds_of_cells: prior odds of cells alone against any other share.
+    """
+    odds = np.exp(_LIKELIHOOD_POWER * (log_likelihoods - log_likelihoods.max()))
+    odds[0] *= odds_of_cells
+    share = float(odds @ np.array(PROCESS_SHARES) / odds.sum())
+    return share if share >= _MIN_SHARE else 0.0

@@ -1,0 +1,122 @@
+"""The hypothesis that no column explains the scores: every design draws its value from one distribution.
+
+With h(v) the probability of a value v of the grid and p(y | v) the likelihood of a score under a person's error
+(`grammarlab.preference.likelihood`), n scores have the log-likelihood
+
+    sum_i log sum_v h(v) p(y_i | v) + sum_v log(h(v)) / G,
+
+whose second term is one pseudo-count, spread evenly over the G values. Expectation-maximisation finds h. Parts of the
+scores are held out in turn, so that a distribution is not better for having seen the scores that it predicts.
+A single value for all designs would be a straw man: it explains no scores that differ, so anything else seems proven.
+Values are those of the cells (`grammarlab.preference.cells.cells.grid_of`), which would otherwise gain by a finer grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.cells.person_error import BLUNDERS, NOISES, PRICE_OF_BLUNDERS
+from grammarlab.preference.likelihood import Intervals, log_likelihood
+
+NUM_FOLDS = 8
+"""Number of parts of the scores, each held out once."""
+ERRORS = tuple((noise, blunders) for noise in NOISES for blunders in BLUNDERS)
+"""Candidate standard deviations of the noise in points, and probabilities of a blunder."""
+_NUM_ITERATIONS = 60
+"""Iterations of expectation-maximisation: more change held-out likelihoods by less than a tenth of a nat."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unexplained:
+    """The best distribution of values, and the error of the person under it."""
+
+    grid: Floats
+    """[G] possible values, in points."""
+    probabilities: Floats
+    """[G] probability of each value; the sum is 1."""
+    noise: float
+    """Standard deviation of a score around its value, in points."""
+    blunders: float
+    """Probability of a random score."""
+    log_evidence: float
+    """Log-likelihood of held-out scores in nats, less the price of the error."""
+    held_out: Floats
+    """[K, G] the same without the scores of each part."""
+    level: float
+    """Mean value of the scored designs, in points, given their scores and that none is a blunder."""
+
+    @property
+    def sd(self) -> float:
+        """Standard deviation of a score of any design, in points."""
+        variance = self.probabilities @ (self.grid - self.probabilities @ self.grid) ** 2
+        return float(np.sqrt(variance + self.noise**2))
+
+
+def unexplained(
+    labels: Floats | Intervals, fold: Ints, grid: Floats, errors: Sequence[tuple[float, float]] = ERRORS
+) -> Unexplained:
+    """The hypothesis for some labels.
+
+    Args:
+        labels: [n] scores of 0 to 100, or intervals of labels that are not scores.
+        fold: [n] part of each label, from 0, see `folds_of`. If there is only one, it is predicted without any label.
+        grid: [G] possible values, in points.
+        errors: candidate standard deviations of the noise in points, and probabilities of a blunder.
+    """
+    likelihoods = np.stack([np.exp(log_likelihood(labels, grid, *error).astype(np.float64)) for error in errors])
+    training = (fold != np.arange(fold.max() + 1)[:, None]).astype(np.float64)
+    distributions = distribution(likelihoods, training)
+    predicted = np.einsum("eng,eng->en", distributions[:, fold], likelihoods)
+    log_evidence = np.log(predicted).sum(axis=1) - PRICE_OF_BLUNDERS * np.array([chance for _, chance in errors])
+    best = int(np.argmax(log_evidence))
+    probabilities = distribution(likelihoods[best], np.ones((1, len(fold))))[0]
+    noise, blunders = errors[best]
+    joint = probabilities * np.exp(log_likelihood(labels, grid, noise, 0.0))
+    level = float((joint @ grid / joint.sum(axis=1)).mean())
+    return Unexplained(
+        grid=grid,
+        probabilities=probabilities,
+        noise=noise,
+        blunders=blunders,
+        log_evidence=float(log_evidence[best]),
+        held_out=distributions[best],
+        level=level,
+    )
+
+
+def distribution(likelihoods: Floats, counts: Floats) -> Floats:
+    """[..., K, G] distributions of values by expectation-maximisation, each of the labels that count for it.
+
+    Args:
+        likelihoods: [..., n, G] likelihood of each label for each value, > 0.
+        counts: [K, n] >= 0, how often each label counts.
+    """
+    size = likelihoods.shape[-1]
+    values = np.full((*likelihoods.shape[:-2], len(counts), size), 1.0 / size)
+    for _ in range(_NUM_ITERATIONS):
+        expected = values @ np.swapaxes(likelihoods, -1, -2)
+        values = values * ((counts / expected) @ likelihoods) + 1.0 / size
+        values /= values.sum(axis=-1, keepdims=True)
+    return values
+
+
+def folds_of(rows: Floats, seed: int, num: int = NUM_FOLDS) -> Ints:
+    """[n] number of the part of each label, from 0, with about as many different rows in each; equal rows together.
+
+    If they were apart, one would predict the other.
+
+    Args:
+        rows: [n, F] rows of the labels.
+        seed: seed of the random parts.
+        num: largest number of parts; fewer if there are fewer different rows.
+    """
+    _, row = np.unique(rows, axis=0, return_inverse=True)
+    different = int(row.max()) + 1
+    num = min(num, different)
+    # Every part has a row, since the numbers of the first rows are permuted among themselves.
+    order = np.random.default_rng(seed).permutation(different)
+    return (order % num)[row.reshape(-1)]

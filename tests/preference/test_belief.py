@@ -1,0 +1,75 @@
+"""Belief in the parts of a blend: what they gain on nothing explained, and who gets the share of whom."""
+
+import numpy as np
+import pytest
+
+from grammarlab.preference.belief import belief, believed, gain_of, process_gain
+from grammarlab.preference.cells.person_error import NOISES
+from grammarlab.preference.likelihood import expected_score, log_likelihood
+from grammarlab.preference.unexplained import unexplained
+
+GRID = np.arange(0.0, 101.0, 5.0)
+
+
+def test_a_belief_is_a_posterior():
+    for gain, num, odds in ((0.0, 8, 10.0), (3.0, 8, 10.0), (-2.0, 40, 3.0), (1.0, 4000, 3.0)):
+        assert belief(gain, num) == pytest.approx(np.exp(gain) / (np.exp(gain) + odds))
+    assert belief(1e6, 1) == pytest.approx(1.0)
+    assert belief(-1e6, 1) == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("process", [0.1, 0.8, 1.0])
+@pytest.mark.parametrize("cells", [0.2, 0.9])
+def test_shares_are_those_expected_if_each_part_is_right_or_not(share, process, cells):
+    both, only_process, only_cells = process * cells, process * (1.0 - cells), (1.0 - process) * cells
+    by_process, by_cells = both * share + only_process, both * (1.0 - share) + only_cells
+    found, unexplained_share = believed(share, process, cells)
+    rest = 1.0 - by_process - by_cells
+    assert unexplained_share == pytest.approx(rest if rest > 0.05 else 0.0)
+    assert found == pytest.approx(by_process / (by_process + by_cells))
+
+
+def test_what_is_nearly_certain_is_certain():
+    assert [believed(0.5, 0.0, cells)[1] for cells in (0.04, 0.06, 0.94, 0.96)] == pytest.approx([1.0, 0.94, 0.06, 0.0])
+
+
+def test_a_gain_is_the_likelihood_of_tilted_distributions():
+    randomness = np.random.default_rng(1)
+    scores, fold = randomness.choice([0.0, 30.0, 100.0], 10), np.arange(10) % 5
+    flat = unexplained(scores, fold, GRID)
+    means, sds = randomness.uniform(0.0, 100.0, 10), randomness.uniform(1.0, 20.0, 10)
+    likelihoods = np.exp(log_likelihood(scores, GRID, flat.noise, flat.blunders).astype(float))
+    total = 0.0
+    for noise in NOISES:
+        product = 1.0
+        for i in range(10):
+            before = flat.held_out[fold[i]]
+            away = means[i] - expected_score(GRID, flat.noise, 0.0)
+            after = before * (np.exp(-0.5 * away**2 / (sds[i] ** 2 + noise**2)) + 1e-12)
+            product *= (after / after.sum()) @ likelihoods[i] / (before @ likelihoods[i])
+        total += product / len(NOISES)
+    assert gain_of(flat, scores, fold, means, sds) == pytest.approx(np.log(total))
+
+
+def test_predictions_that_say_nothing_gain_nothing_and_wrong_ones_lose():
+    randomness = np.random.default_rng(2)
+    scores, fold = randomness.choice([0.0, 80.0], 40), np.arange(40) % 8
+    flat, right = unexplained(scores, fold, GRID), scores
+    assert gain_of(flat, scores, fold, np.full(40, 40.0), np.full(40, 1e6)) == pytest.approx(0.0, abs=1e-6)
+    exact = gain_of(flat, scores, fold, right, np.ones(40))
+    rough = gain_of(flat, scores, fold, np.clip(right, 25.0, 55.0), np.ones(40))
+    wrong = gain_of(flat, scores, fold, 80.0 - right, np.ones(40))
+    assert exact > rough > 5.0
+    assert wrong < -20.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_process_gains_by_a_pattern_and_not_without_one(seed):
+    randomness = np.random.default_rng(seed)
+    rows = randomness.random((40, 8))
+    options = {"groups": np.arange(8), "continuous": np.ones(8, dtype=bool), "seed": 0}
+    scores = np.clip(100.0 * rows[:, 0] - 60.0 * rows[:, 1] + 5.0 * randomness.normal(size=40), 0.0, 100.0)
+    assert process_gain(rows, scores, **options) > 10.0
+    assert process_gain(rows, randomness.permutation(scores), **options) < 2.0
+    assert process_gain(np.ones((5, 8)), scores[:5], **options) == 0.0
