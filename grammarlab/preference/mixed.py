@@ -43,6 +43,8 @@ from grammarlab.preference.unexplained import Unexplained, unexplained
 
 START_NOISE = 5.0
 """Standard deviation in points before a kernel has been found."""
+_HELD_OUT_POWER = 0.5
+"""Power of the likelihood of held-out labels, which were there when the other labels became observations."""
 MIN_NOISE = 3.0
 """Smallest error in points of predictions of held-out labels."""
 
@@ -100,7 +102,7 @@ class _Judged(NamedTuple):
     share: float
     """Share of the process, if both parts are believed."""
     process_gain: float
-    """Log-likelihood of held-out labels by the process, less that of nothing explained, in nats."""
+    """Half of the log-likelihood of held-out labels by the process, less that of nothing explained, in nats."""
     cells_gain: float
     """The same by the cells."""
     flat: Unexplained
@@ -149,6 +151,7 @@ def _judged(
     second = np.where(compared, judgements.second, first)
     selected = np.sort(randomness.permutation(num_labels)[:MAX_HELD_OUT])
     alone = _alone(observed.bounds, compared).take(selected)
+    chance = _chance(judgements)
     flat = unexplained(alone, fold_of[first[selected]], cells.cells.grid, (_error(cells),))
     # Of the shares of the process, of a process with kernels found without the held-out labels, and of nothing.
     evidence, sketches = np.zeros(len(PROCESS_SHARES) + 2), list[Sketch]()
@@ -186,7 +189,7 @@ def _judged(
         for index, values in enumerate((*mixtures, by_refitted)):
             differences = values[first[held_out]] - compared[held_out] * values[second[held_out]]
             evidence[index] += _log_likelihood(bounds, differences, cells)
-        evidence[-1] += float(np.log(bounds.length[compared[held_out]] / MAX_SCORE).sum())
+        evidence[-1] += float(np.log(chance[held_out]).sum())
     # Cells are preferred for the divisions that they find. Undivided ones are the hypothesis that all designs are liked
     # equally, which explains no comparison: it has the same odds as any other share.
     undivided = compared.any() and cells.trees[0].split is None
@@ -195,11 +198,18 @@ def _judged(
     price = PRICE_OF_BLUNDERS * flat.blunders
     return _Judged(
         share=share,
-        process_gain=float(evidence[-2] - price - evidence[-1]),
-        cells_gain=float(evidence[0] - price - evidence[-1]),
+        process_gain=_HELD_OUT_POWER * float(evidence[-2] - price - evidence[-1]),
+        cells_gain=_HELD_OUT_POWER * float(evidence[0] - price - evidence[-1]),
         flat=flat,
         sketches=tuple(sketches),
     )
+
+
+def _chance(judgements: Judgements) -> Floats:
+    """[n] probability of each comparison if nothing is explained: ties are as frequent as they are; 1 for others."""
+    is_tie, is_rather = (np.array([kind == name for kind in judgements.kinds]) for name in ("tie", "rather"))
+    ties = (1.0 + is_tie.sum()) / (2.0 + is_tie.sum() + is_rather.sum()) if is_tie.any() else 0.0
+    return np.where(is_tie, ties, np.where(is_rather, (1.0 - ties) / 2.0, 1.0))
 
 
 def _alone(bounds: Intervals, compared: Flags) -> Intervals:

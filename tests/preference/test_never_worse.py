@@ -25,7 +25,9 @@ class Case:
     @classmethod
     def of(cls, seed: int) -> "Case":
         randomness = np.random.default_rng(seed)
-        designs = (randomness.random((NUM_DESIGNS, NUM_COLUMNS)) < randomness.uniform(0.2, 0.8, NUM_COLUMNS)) * 1.0
+        designs = (randomness.random((NUM_DESIGNS, NUM_COLUMNS)) < randomness.uniform(0.2, 0.8, NUM_COLUMNS)).astype(
+            np.float64
+        )
         parts = randomness.permutation(NUM_COLUMNS)[: randomness.integers(1, 4)]
         points = randomness.uniform(20.0, 100.0 / len(parts), len(parts))
         sums, all_of_them = designs[:, parts] @ points, points.sum() * designs[:, parts].min(axis=1)

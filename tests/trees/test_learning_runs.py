@@ -37,7 +37,20 @@ from tests.trees.small_species import SMALL
 SEED, SIZE = 3, 300
 HEAD = "# Learned by grammarlab "
 LEARNED = {
-    *("labels", "method", "js", "js_before", "taught", "steps", "features", "likes", "dislikes", "expected_gain"),
+    *(
+        "labels",
+        "method",
+        "js",
+        "js_before",
+        "taught",
+        "steps",
+        "features",
+        "kept",
+        "knowledge",
+        "likes",
+        "dislikes",
+        "expected_gain",
+    ),
     *("effective_models", "acceptance", "rules_before", "rules_after", "seconds", "notes", "findings"),
 }
 """Members of the object of ``grammarlab learn --labels --json`` about a grammar."""
