@@ -37,8 +37,6 @@ _ODDS_SCORES = 80.0
 """Number of scores times the prior odds, if there are few scores."""
 _NUM_STARTS = 2
 """Number of starts of each search for kernels: with one, smooth preferences of many draws are missed."""
-_MIN_TILT = 1e-12
-"""Smallest factor on the probability of a value, so that none is impossible."""
 
 
 def belief(gain: float, num_scores: int) -> float:
@@ -116,8 +114,10 @@ def gain_of(flat: Unexplained, scores: Floats, fold: Ints, means: Floats, sds: F
     likelihoods = np.exp(log_likelihood(scores, flat.grid, flat.noise, flat.blunders).astype(np.float64))
     values = flat.held_out[fold]
     away = (means[:, None] - expected_score(flat.grid, flat.noise, blunders=0.0)) ** 2
+    # A common factor changes nothing, and keeps the largest of each row at 1.
+    away -= away.min(axis=1, keepdims=True)
     variances = sds**2 + np.array(NOISES)[:, None] ** 2
-    tilted = values * (np.exp(-0.5 * away / variances[:, :, None]) + _MIN_TILT)
+    tilted = values * np.exp(-0.5 * away / variances[:, :, None])
     predicted = (tilted * likelihoods).sum(axis=2) / tilted.sum(axis=2)
     gains = np.log(predicted / (values * likelihoods).sum(axis=1)).sum(axis=1)
     return float(np.logaddexp.reduce(gains) - np.log(len(NOISES)))

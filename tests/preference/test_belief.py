@@ -46,7 +46,7 @@ def test_a_gain_is_the_likelihood_of_tilted_distributions():
         for i in range(10):
             before = flat.held_out[fold[i]]
             away = means[i] - expected_score(GRID, flat.noise, 0.0)
-            after = before * (np.exp(-0.5 * away**2 / (sds[i] ** 2 + noise**2)) + 1e-12)
+            after = before * np.exp(-0.5 * away**2 / (sds[i] ** 2 + noise**2))
             product *= (after / after.sum()) @ likelihoods[i] / (before @ likelihoods[i])
         total += product / len(NOISES)
     assert gain_of(flat, scores, fold, means, sds) == pytest.approx(np.log(total))
