@@ -218,7 +218,7 @@ def fit(
         process_belief = belief(gain, len(values))
     if len(values) < MIN_LABELS:
         share, rest = believed(1.0, process_belief, cells_belief)
-        return BlendedPreference(process, cells, share, flat, rest)
+        return BlendedPreference(process=process, partition=cells, share=share, flat=flat, unexplained=rest)
     judged = held_out(table, values, drawn, seed, process, cells)
     share, rest = believed(judged.share, process_belief, cells_belief)
     return BlendedPreference(
@@ -229,7 +229,10 @@ def fit(
         unexplained=rest,
         held_out_error=float(np.median(np.abs(judged.errors))) * _SD_PER_MEDIAN,
         explained_variance=judged.explained_variance,
-        sketches=tuple(BlendedPreference(*sketch, share, flat, rest) for sketch in judged.sketches),
+        sketches=tuple(
+            BlendedPreference(process=part, partition=some_cells, share=share, flat=flat, unexplained=rest)
+            for part, some_cells in judged.sketches
+        ),
     )
 
 

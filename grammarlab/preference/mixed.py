@@ -92,7 +92,10 @@ def fit(
         share=share,
         flat=judged.flat,
         unexplained=rest,
-        sketches=tuple(BlendedPreference(*sketch, share, judged.flat, rest) for sketch in sketches),
+        sketches=tuple(
+            BlendedPreference(process=part, partition=some_cells, share=share, flat=judged.flat, unexplained=rest)
+            for part, some_cells in sketches
+        ),
     )
 
 

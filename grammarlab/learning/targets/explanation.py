@@ -55,7 +55,7 @@ class Words:
     dislikes: tuple[str, ...]
     """Disliked kinds, most frequent first."""
     knowledge: tuple[str, ...] = ()
-    """What is not known yet, see `grammarlab.learning.targets.knowledge`."""
+    """What is not known yet, see `grammarlab.learning.targets.unknown_part`."""
 
     @property
     def lines(self) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.explanation import Words, words_of
-from grammarlab.learning.targets.knowledge import knowledge_of
+from grammarlab.learning.targets.unknown_part import knowledge_of
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Relevance
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of, round_between

@@ -21,7 +21,7 @@ from grammarlab.learning.round import State, Study, answered, init, step
 from grammarlab.learning.stopping import NUM_MORE, expected_gain
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.learning.targets.explanation import words_of
-from grammarlab.learning.targets.knowledge import knowledge_of
+from grammarlab.learning.targets.unknown_part import knowledge_of
 from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.workers.tasks import (
