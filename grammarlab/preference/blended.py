@@ -33,6 +33,9 @@ MIN_LABELS = 16
 """Smallest number of labels for a share of cells by held-out scores; with fewer, the process comes first."""
 NUM_FEWER_STARTS = 3
 """Number of starts of the process with more labels than these, which leave fewer explanations open."""
+_RATIO_POWER = 7.0
+"""Power of the ratio of what cells and the process like of all designs. Where the process was the better part, they
+liked about as much (.9 to 1.1); where it was the worse one, it liked 1.2 to 50 times as much."""
 _SD_PER_MEDIAN = 1.4826
 """Ratio of the standard deviation to the median size of normal errors."""
 _MAX_NOISE_FACTOR = 2.0
@@ -41,11 +44,13 @@ scores; both miss noise clipped at 0."""
 
 
 class _Levels(NamedTuple):
-    """Mean values of the parts over designs with a density, and a scale."""
+    """Mean values of the parts over designs with a density, and how they are mixed."""
 
     levels: tuple[float, float, float]
     """Mean value of the designs by the process, by cells, and if nothing is explained, in points."""
-    scale: float
+    share: float
+    """Share of the process in what is explained, 0 to 1."""
+    scale: float = 1.0
     """Predicted value of a design of mean density, in points; it keeps the highest value of the designs."""
 
 
@@ -82,7 +87,7 @@ class BlendedPreference(AbstractPreference):
 
     def predict(self, rows: Rows) -> Prediction:
         parts = self._parts(rows_to_predict(rows, self.num_columns))
-        shares = self._shares
+        shares = self._shares(self.share)
         mean, square = np.zeros(1), np.zeros(1)
         for share, part in zip(shares, parts, strict=True):
             mean, square = mean + share * part.mean, square + share * (part.std**2 + part.mean**2)
@@ -131,7 +136,7 @@ class BlendedPreference(AbstractPreference):
         # By number: two groups may have the same name.
         numbers = [str(number) for number in range(len(group_names))]
         # What is unexplained depends on no group.
-        for share, preference in zip(self._shares, (self.process, self.partition), strict=False):
+        for share, preference in zip(self._shares(self.share), (self.process, self.partition), strict=False):
             for entry in preference.explain(numbers) if share > 0.0 else ():
                 total[int(entry.name)] += share * entry.share
         shares = zip(group_names, total.tolist(), strict=True)
@@ -142,7 +147,7 @@ class BlendedPreference(AbstractPreference):
         """The preference for a density over designs: its parts are mixed as densities, each with its share of them.
 
         A mixture of values would be something else: if cells like one design in 10,000, a hundredth of a process that
-        is not quite 0 for all others would hide it.
+        is not quite 0 for all others would hide it. The process counts less if it likes more of the designs than cells.
 
         Args:
             rows: [m, F] designs.
@@ -152,19 +157,36 @@ class BlendedPreference(AbstractPreference):
         mixed = replace(self, partition=self.partition.for_density(table, weights), density=None)
         values, parts = mixed.predict(table).mean, mixed._parts(table)
         process, cells, flat = (float(masses @ np.clip(part.mean, 0.0, MAX_SCORE)) for part in parts)
-        levels = _Levels((process, cells, flat), 1.0)
+        levels = _Levels((process, cells, flat), self._damped(process, cells, mixed.partition))
         highest = float(mixed._density(parts, levels).max())
         return replace(
             mixed,
-            density=_Levels(levels.levels, float(values.max()) / highest),
+            density=levels._replace(scale=float(values.max()) / highest),
             sketches=tuple(part.for_density(table, weights) for part in self.sketches),
         )
 
-    @property
-    def _shares(self) -> tuple[float, float, float]:
-        """Shares of the process, of cells, and of what is unexplained; the sum is 1."""
+    def _damped(self, by_process: float, by_cells: float, cells: PartitionPreference) -> float:
+        """Share of the process in a density, by what both like of the designs; a part that likes nothing has none."""
+        if min(by_process, by_cells) <= 0.0:
+            return float(by_process > 0.0)
+        differences = self.process.observations.differences
+        if differences is not None and differences.compared.any():
+            # Comparisons leave the level of values open: designs are liked relative to the labelled ones.
+            labelled = self.process.observations.all_rows
+            by_cells *= float(np.maximum(self.predict_values(labelled).mean, 0.0).mean())
+            by_process *= float(np.maximum(cells.predict(labelled).mean, 0.0).mean())
+        ratio = min(1.0, by_cells / by_process) if by_process > 0.0 else 1.0
+        damping = ratio**_RATIO_POWER
+        return self.share * damping / (self.share * damping + 1.0 - self.share) if self.share < 1.0 else 1.0
+
+    def _shares(self, share: float) -> tuple[float, float, float]:
+        """Shares of the process, of cells, and of what is unexplained; the sum is 1.
+
+        Args:
+            share: share of the process in what is explained.
+        """
         explained = 1.0 - self.unexplained
-        return explained * self.share, explained * (1.0 - self.share), self.unexplained
+        return explained * share, explained * (1.0 - share), self.unexplained
 
     def _parts(self, table: Floats) -> tuple[Prediction, Prediction, Prediction]:
         """Predictions of the process, of cells, and of nothing explained."""
@@ -175,7 +197,7 @@ class BlendedPreference(AbstractPreference):
     def _density(self, parts: Sequence[Prediction], density: _Levels) -> Floats:
         """[m] the mixture of the parts as densities; one that likes nothing leaves the density of the designs."""
         total = np.zeros(len(parts[0].mean))
-        for share, part, level in zip(self._shares, parts, density.levels, strict=True):
+        for share, part, level in zip(self._shares(density.share), parts, density.levels, strict=True):
             total += share * (np.clip(part.mean, 0.0, MAX_SCORE) / level if level > 0.0 else 1.0)
         return density.scale * total
 

@@ -118,7 +118,9 @@ def test_a_density_is_a_mixture_of_the_densities_of_its_parts(unexplained):
     found = replace(blended.fit(rows[asked], given), share=0.2, unexplained=unexplained)
     mixed = found.for_density(rows, weights)
     cells, process = found.partition.for_density(rows, weights).predict(rows).mean, found.predict_values(rows).mean
-    shares = (1.0 - unexplained) * 0.2, (1.0 - unexplained) * 0.8, unexplained
+    odds = 0.25 * min(1.0, (weights @ cells) / (weights @ process)) ** 7
+    explained = (1.0 - unexplained) / (1.0 + odds)
+    shares = odds * explained, explained, unexplained
     densities = [weights * part / (weights @ part) for part in (process, cells, np.ones(4000))]
     learned = weights * mixed.predict(rows).mean
     np.testing.assert_allclose(learned / learned.sum(), np.array(shares) @ densities, rtol=1e-9, atol=1e-12)
@@ -128,11 +130,13 @@ def test_a_density_is_a_mixture_of_the_densities_of_its_parts(unexplained):
     np.testing.assert_allclose(mixed.predict(rows).std, plain.predict(rows).std)
 
 
-def test_a_part_that_likes_no_design_leaves_their_density():
+def test_a_part_that_likes_none_of_the_designs_has_no_share_of_them():
     rows = coins(40, 4, 2)
-    found = replace(blended.fit(rows, 80.0 * rows[:, 0]), share=0.0)
-    none = rows[rows[:, 0] == 0.0]
-    assert np.ptp(found.for_density(none, np.ones(len(none))).predict(none).mean) == pytest.approx(0.0)
+    found = blended.fit(rows, 80.0 * rows[:, 0] * (0.5 + 0.5 * rows[:, 1]))
+    some = replace(found, share=0.3)
+    for by_process, by_cells, share in ((0.0, 2.0, 0.0), (3.0, 0.0, 1.0), (2.0, 2.0, 0.3), (2.0, 3.0, 0.3)):
+        assert some._damped(by_process, by_cells, found.partition) == pytest.approx(share)
+    assert replace(found, share=1.0)._damped(3.0, 1.0, found.partition) == 1.0
 
 
 def test_a_fit_with_designs_is_the_density_over_them():
