@@ -20,6 +20,8 @@ from grammarlab.tastes.roles import Roles
 
 MAX_ANCESTORS = 12
 """Largest number of nodes above a choice in a line."""
+_MAX_LINES = 600
+"""Largest number of lines of one length."""
 
 
 class Line(NamedTuple):
@@ -76,7 +78,7 @@ class Lines:
         """
         inside = np.flatnonzero(self._above[length] >= 0)
         last = self._symbols[0] if by_symbol else self._kind
-        for members in _alike(self._paths[length][inside], self._symbols[length][inside], last[inside]):
+        for members in _alike(self._paths[length][inside], self._symbols[length][inside], last[inside])[:_MAX_LINES]:
             yield self._line(inside[members], length)
 
     def way(self, row: int) -> tuple[int, ...]:

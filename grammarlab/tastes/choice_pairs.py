@@ -23,6 +23,8 @@ _MAX_LEVELS = 3
 """Largest number of levels from a node or a part down to its choice."""
 _MAX_PAIRS = 400
 """Largest number of kinds of pairs."""
+_MAX_LINES = 24
+"""Largest number of choices below the nodes of one symbol that are compared."""
 _MAX_RUNS = 100
 """Largest number of patterns of a pair that is made alike."""
 
@@ -76,8 +78,9 @@ def _pairs_below(lines: Lines) -> Iterator[_Pair]:
     for length in range(1, _MAX_LEVELS + 1):
         for line in lines.groups(length, by_symbol=True):
             symbol = line.chain[0]
-            if symbol and len(np.unique(line.tops)) == len(line.tops):
-                tops.setdefault(symbol, []).append(line)
+            below = tops.setdefault(symbol, []) if symbol else []
+            if symbol and len(below) < _MAX_LINES and len(np.unique(line.tops)) == len(line.tops):
+                below.append(line)
     for symbol, below in tops.items():
         for first, second in combinations(below, 2):
             comparable = first.chain[-1] == second.chain[-1] or first.kind in lines.roles.shared

@@ -16,7 +16,9 @@ from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, bl
 
 _MOST_PAIRS = 1_500
 """Largest number of pairs of places."""
-_MAX_SEQUENCES = 200
+_MOST_MATCHES = 200
+"""Largest number of pairs of sequences."""
+_MAX_SEQUENCES = 100
 """Largest number of sequences."""
 _MAX_LENGTH = 16
 """Largest number of places of a sequence."""
@@ -62,15 +64,16 @@ def orders(elements: Elements) -> Iterator[Block]:
 def matching_sequences(elements: Elements) -> Iterator[Block]:
     """In how many places two sequences of one length and kind are alike, and whether in all."""
     sequences = sequences_of(elements)
-    for first, second in combinations(sequences, 2):
+    kinds = [elements.choices[sequence[0]].line.kind for sequence in sequences]
+    pairs = [(i, j) for i, j in combinations(range(len(kinds)), 2) if kinds[i] == kinds[j]]
+    same = [(sequences[i], sequences[j]) for i, j in pairs if len(sequences[i]) == len(sequences[j])]
+    for first, second in same[:_MOST_MATCHES]:
         rows = [np.concatenate([elements.choices[index].line.rows for index in each]) for each in (first, second)]
-        if len(first) != len(second) or np.isin(rows[0], rows[1]).any():
-            continue
-        if elements.choices[first[0]].line.kind == elements.choices[second[0]].line.kind:
+        if not np.isin(rows[0], rows[1]).any():
             for reordered in dict.fromkeys((second, second[::-1])):
-                pairs = np.array([[*first, *reordered]])
+                indices = np.array([[*first, *reordered]])
                 for recipe in (_alike(len(first)), _all_alike(len(first))):
-                    yield from blocks(recipe, [elements.numbers] * pairs.shape[1], pairs)
+                    yield from blocks(recipe, [elements.numbers] * indices.shape[1], indices)
 
 
 def sequences_of(elements: Elements) -> list[tuple[int, ...]]:
