@@ -1,7 +1,8 @@
 """Widths of streets in a column of a map: a number for all streets of a parcel, or a list with one for each edge.
 
-A list is CGA's ``streetWidth``, as maps can hold it: a text such as ``8;0;0;5.5`` or ``[8, 0, 0, 5.5]``, with the edges
-of the outer ring as the map draws it. Then other parcels and lines of streets do not matter.
+A list is CGA's ``streetWidth``, as maps can hold it: a list of numbers, which is read as a text ``[8, 0, 0, 5.5]``, or
+a text such as ``8;0;0;5.5``, with the edges of the outer ring as the map draws it. Then other parcels and lines of
+streets do not matter.
 """
 
 from __future__ import annotations

@@ -9,15 +9,18 @@ import pytest
 import shapely
 
 from grammarlab.city.lot_survey import LotSurvey, surveyed_lots
+from grammarlab.city.parcel_map import read_parcels
 from grammarlab.city.plan import parse_plan
 from grammarlab.errors import UsageError
 from tests.city.lot_maps import parcels_of
+from tests.city.parcel_files import UTM, moved, write_map
 
 LOTS = [
     # Clockwise, with a corner that is left out, and beside its neighbour.
     shapely.Polygon([(0, 0), (0, 30), (10, 30.01), (20, 30), (20, 0)]),
     shapely.Polygon([(20, 0), (40, 0), (40, 30), (20, 30)]),
 ]
+MAPPED = moved([shapely.Polygon([(0, 0), (20, 0), (20, 30), (0, 30)]), LOTS[1]], UTM)
 PLAN = parse_plan('parcels = "x"\nstreet_width = "w"\n[[zones]]\nname = "a"\ngrammar = "building"', Path("plan.toml"))
 
 
@@ -56,6 +59,26 @@ def test_a_list_of_another_length_is_left_out():
     first, second = widths(["5;6;7;0", "1 2 3 4"])
     assert first == {"w": 8.0, "n": 8.0, "e": 0.0, "s": 8.0}
     assert second == {"s": 1.0, "e": 2.0, "n": 3.0, "w": 4.0}
+
+
+@pytest.mark.parametrize("suffix", [".geojson", ".gpkg", ".fgb"])
+def test_lists_of_maps_are_texts_of_maps(tmp_path: Path, suffix: str):
+    texts, lists = ["5;6;7;0", "1;2;3.5;4"], [[5.0, 6.0, 7.0, 0.0], [1.0, 2.0, 3.5, 4.0]]
+    drawn = [
+        read_parcels(write_map(tmp_path / f"{name}{suffix}", MAPPED, UTM, id=["a", "b"], w=column)).parcels
+        for name, column in (("texts", texts), ("lists", lists), ("other", texts[::-1]))
+    ]
+    first, second, other = (by_side(surveyed_lots(PLAN, parcels, None)) for parcels in drawn)
+    assert first == second != other
+    assert first == [{"s": 5.0, "e": 6.0, "n": 7.0, "w": 0.0}, {"s": 1.0, "e": 2.0, "n": 3.5, "w": 4.0}]
+
+
+def test_numbers_and_lists_of_a_map_are_in_one_column(tmp_path: Path):
+    path = write_map(tmp_path / "map.geojson", MAPPED, UTM, id=["a", "b"], w=["NUMBER", "LIST"])
+    path.write_text(path.read_text().replace('"NUMBER"', "12").replace('"LIST"', "[1, 2, 3.5, 4]"))
+    first, second = by_side(surveyed_lots(PLAN, read_parcels(path).parcels, None))
+    assert first == {"s": 12.0, "e": 0.0, "n": 12.0, "w": 12.0}
+    assert second == {"s": 1.0, "e": 2.0, "n": 3.5, "w": 4.0}
 
 
 def test_with_lists_other_parcels_do_not_matter():

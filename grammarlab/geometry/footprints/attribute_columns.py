@@ -1,11 +1,12 @@
 """Attributes of features as columns of four kinds: whole numbers, numbers, flags and texts.
 
 The kind of a column depends on the set of its values, not on their order: numbers among texts become texts, without the
-``.0`` of whole numbers.
+``.0`` of whole numbers. Lists of numbers are texts, ``[8, 0, 5.5]``; other lists, and objects, are left out.
 """
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -20,6 +21,8 @@ from grammarlab.geometry.footprints.map_layer import MAX_ATTRIBUTES
 _MAX_WHOLE = 2.0**53
 """Floats below are exact whole numbers if they have no fraction."""
 
+NOT_USED = "values other than numbers, flags, texts and lists of numbers are not used"
+"""Words of a remark, before the names of attributes."""
 Columns = dict[str, pa.Array]
 """Attributes of some features by name, each of the same length."""
 
@@ -36,7 +39,7 @@ def number_text(value: float) -> str:
 
 
 def columns_of(records: Sequence[Mapping[str, Any]]) -> tuple[Columns, set[str]]:
-    """Columns of the parsed JSON objects of some features, and the names of those with lists or objects.
+    """Columns of the parsed JSON objects of some features, and the names of those with values that are left out.
 
     Raises:
         AssetError: If they have too many different names.
@@ -75,16 +78,36 @@ def united(chunks: Sequence[Columns], lengths: Sequence[int]) -> pa.Table:
 
 
 def plain_columns(batch: pa.RecordBatch) -> tuple[Columns, set[str]]:
-    """Columns of a batch of Arrow as one of the four kinds, and the names of those of other kinds, left out."""
+    """Columns of a batch of Arrow as one of the four kinds, and the names of those with values that are left out."""
     columns: Columns = {}
     unread = set()
     for name, column in zip(batch.schema.names, batch.columns, strict=True):
-        kind = _plain_kind(column.type)
-        if kind is None:
-            unread.add(well_formed(name))
-        else:
+        kind, nested = _plain_kind(column.type), _nested_values(column)
+        if kind is not None:
             columns[well_formed(name)] = _without_nan(_of_unicode(column.cast(kind, safe=False)))
+        elif nested is not None:
+            columns[well_formed(name)], is_partial = _column(nested)
+            unread |= {well_formed(name)} if is_partial else set()
+        else:
+            unread.add(well_formed(name))
     return columns, unread
+
+
+def _nested_values(column: pa.Array) -> list[Any] | None:
+    """The values of a column of lists, or of JSON, as GDAL has lists of GeoPackages; None for other columns."""
+    if pa.types.is_nested(column.type):
+        return column.to_pylist()
+    if isinstance(column.type, pa.BaseExtensionType) and column.type.extension_name == "arrow.json":
+        return [None if text is None else _parsed(text) for text in column.to_pylist()]
+    return None
+
+
+def _parsed(text: str) -> Any:
+    """The value of a JSON text; a text that is none is its own value."""
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
 
 
 def _of_unicode(column: pa.Array) -> pa.Array:
@@ -105,15 +128,32 @@ def _check_number(number: int) -> None:
 
 
 def _column(values: list[Any]) -> tuple[pa.Array, bool]:
-    """A column of parsed JSON values, and whether lists or objects are left out."""
-    is_nested = any(isinstance(value, list | dict) for value in values)
-    if is_nested:
-        values = [None if isinstance(value, list | dict) else value for value in values]
+    """A column of parsed JSON values, and whether some of them are left out."""
+    is_partial = False
+    if any(isinstance(value, list | dict) for value in values):
+        flat = [_list_text(value) if isinstance(value, list | dict) else value for value in values]
+        is_partial = flat.count(None) > values.count(None)
+        values = flat
     try:
         column = pa.array(values)
     except (pa.ArrowException, OverflowError, UnicodeError):
         column = pa.array([_text(value) for value in values], pa.string())
-    return _without_nan(column), is_nested
+    return _without_nan(column), is_partial
+
+
+def _list_text(value: list[Any] | dict[str, Any]) -> str | None:
+    """A list of numbers as a text; None for anything else, and for an empty list.
+
+    >>> _list_text([8, 0.0, 5.5]), _list_text([8, None]), _list_text([])
+    ('[8, 0, 5.5]', None, None)
+    """
+    if not value or not isinstance(value, list) or not all(map(_is_number, value)):
+        return None
+    return f"[{', '.join(map(number_text, value))}]"
+
+
+def _is_number(value: Any) -> bool:
+    return math.isfinite(value) if isinstance(value, float) else isinstance(value, int) and not isinstance(value, bool)
 
 
 def _text(value: Any) -> str | None:

@@ -18,7 +18,7 @@ import shapely
 from grammarlab.arrays import Floats
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import open_regular, read_bounded
-from grammarlab.geometry.footprints.attribute_columns import columns_of, united
+from grammarlab.geometry.footprints.attribute_columns import NOT_USED, columns_of, united
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.geometry.footprints.geojson_features import well_formed
 from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer, bodies_of
@@ -324,7 +324,7 @@ def _layer(reading: _Reading, header: Mapping[str, Any]) -> MapLayer:
         remarks.append(Remark(str(path), "record", f"{reading.num_damaged:,} lines are not CityJSON"))
     if unread:
         names = ", ".join(sorted(unread)[:8])
-        remarks.append(Remark(str(path), "property", f"lists and objects are not used: {names}"))
+        remarks.append(Remark(str(path), "property", f"{NOT_USED}: {names}"))
     return MapLayer(
         name=str(path),
         bodies=[bodies_of(geometry[start : start + _BLOCK]) for start in range(0, len(geometry), _BLOCK)],

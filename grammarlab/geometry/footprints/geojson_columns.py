@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import AssetError
 from grammarlab.files import open_regular
-from grammarlab.geometry.footprints.attribute_columns import Columns, columns_of, united
+from grammarlab.geometry.footprints.attribute_columns import NOT_USED, Columns, columns_of, united
 from grammarlab.geometry.footprints.coordinates import UNPLACED
 from grammarlab.geometry.footprints.crs import WGS_84, Crs
 from grammarlab.geometry.footprints.footprint import Remark
@@ -160,7 +160,7 @@ def _layer(reading: _Reading) -> MapLayer:
     remarks = list(reading.remarks)
     if reading.unread:
         names = ", ".join(sorted(reading.unread)[:8])
-        remarks.append(Remark(str(reading.path), "property", f"lists and objects are not used: {names}"))
+        remarks.append(Remark(str(reading.path), "property", f"{NOT_USED}: {names}"))
     return MapLayer(
         name=str(reading.path),
         bodies=reading.bodies,

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.extras import named_extras
 from grammarlab.files import open_regular
-from grammarlab.geometry.footprints.attribute_columns import Columns, plain_columns, united
+from grammarlab.geometry.footprints.attribute_columns import NOT_USED, Columns, plain_columns, united
 from grammarlab.geometry.footprints.crs import label
 from grammarlab.geometry.footprints.curved_wkb import straightened
 from grammarlab.geometry.footprints.footprint import Remark
@@ -69,7 +69,7 @@ def read_vector_layer(path: Path, layer: str | None = None) -> MapLayer:
     remarks = [Remark(str(path), "record", text) for text in texts[:_MOST_REMARKS]]
     if read.unread:
         names = ", ".join(sorted(read.unread)[:8])
-        remarks.append(Remark(str(path), "property", f"attributes of other than plain values are not used: {names}"))
+        remarks.append(Remark(str(path), "property", f"{NOT_USED}: {names}"))
     return MapLayer(
         name=str(path) if layer is None else f"{path}:{layer}",
         bodies=read.bodies,

@@ -6,13 +6,16 @@ import json
 import sys
 import zipfile
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
 import pytest
 import shapely
 
 from grammarlab.city.parcel_outlines import polygons_of
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.geometry.footprints.attribute_columns import plain_columns
 from grammarlab.geometry.footprints.footprint import Georeference
 from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from grammarlab.geometry.footprints.geojson_columns import read_geojson_layer
@@ -150,6 +153,38 @@ def test_kinds_of_attributes_do_not_depend_on_the_format(tmp_path):
         rows = sorted(layer.attributes.to_pylist(), key=str)
         assert rows == sorted([{key: values[row] for key, values in columns.items()} for row in (0, 1)], key=str)
         assert [str(kind) for kind in layer.attributes.schema.types] == ["bool", "double", "string", "int64"]
+
+
+@pytest.mark.parametrize("name", ["map.gpkg", "map.geojson", "map.city.json"])
+def test_lists_of_numbers_are_texts_and_others_are_named(tmp_path, name):
+    columns = {
+        "widths": [[8.0, 0.0, 5.5], None, [2.0]],
+        "whole": [[1, 2], [], [2**40]],
+        "words": [["a"], ["b", "c"], None],
+    }
+    layer = read_layer(write_map(tmp_path / name, moved(block(1, 3), UTM), UTM, **columns))
+    assert layer.attributes.column("widths").to_pylist() == ["[8, 0, 5.5]", None, "[2]"]
+    assert layer.attributes.column("whole").to_pylist() == ["[1, 2]", None, f"[{2**40}]"]
+    assert layer.attributes.column("words").to_pylist() == [None] * 3
+    (remark,) = layer.remarks
+    assert (remark.kind, remark.reason.partition(": ")[2]) == ("property", "whole, words")
+
+
+def test_lists_among_numbers_are_texts_in_any_order(tmp_path):
+    values = [[8, 0.5], 12.0, None, "x", [1, None], [True], [float("nan")], {"a": 1}, 3]
+    expected = ["[8, 0.5]", "12", None, "x", None, None, None, None, "3"]
+    for order in (range(9), range(8, -1, -1)):
+        features = [feature(polygon(SQUARE), value=values[row]) for row in order]
+        layer = read_geojson_layer(Path(written(tmp_path, collection(*features))))
+        assert layer.attributes.column("value").to_pylist() == [expected[row] for row in order]
+
+
+@pytest.mark.parametrize("kind", [pa.list_(pa.float64()), pa.large_list(pa.int16()), pa.list_(pa.float32(), 2)])
+def test_lists_of_any_kind_are_texts(kind):
+    batch = pa.record_batch({"list": pa.array([[8, 0], None], kind), "bytes": pa.array([b"a", b"b"])})
+    columns, unread = plain_columns(batch)
+    assert columns["list"].to_pylist() == ["[8, 0]", None]
+    assert unread == {"bytes"}
 
 
 def curve(kind: int, *members: bytes) -> bytes:
