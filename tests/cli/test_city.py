@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from grammarlab.runs.city.parcel_reading import read_parcel_table
+
 PLAN = """
 [layout]
 size = "120x90"
@@ -40,6 +42,20 @@ def test_a_plan_becomes_tiles_and_a_table(run, plan, tmp_path):
     assert json.loads((tmp_path / "city" / "tileset.json").read_text())["asset"]["version"] == "1.1"
     again = run("city", "build", plan, "-o", tmp_path / "city", "--workers", "1")
     assert again.stdout.strip() == str(tmp_path / "city" / "tileset.json")
+
+
+def test_pins_without_a_parcel_are_named_with_the_nearest_ids(run, plan, tmp_path):
+    told = json.loads(run("city", "build", plan, "-o", tmp_path / "city", "--workers", "1", "--json").stdout)
+    assert told["remarks"] == []
+    name = min(read_parcel_table(tmp_path / "city" / "parcels.parquet").id)
+    pins = tmp_path / "pins.csv"
+    pins.write_text(f"id,reroll,zone\n{name},1,\n{name}x,,-\n")
+    built = run("city", "build", plan, "-o", tmp_path / "city", "--workers", "1", "--json")
+    (remark,) = json.loads(built.stdout)["remarks"]
+    assert remark.startswith(f"{pins}: 1 of 2 pins change nothing")
+    assert f"'{name}x' (near are '{name}'" in remark
+    assert remark in built.stderr.replace("\n", " ")
+    assert json.loads((tmp_path / "city" / "city.json").read_text())["remarks"] == [remark]
 
 
 def test_a_layout_is_written_and_read_as_a_map(run, plan, tmp_path):

@@ -154,7 +154,7 @@ def build_city(
         seconds=perf_counter() - start,
         failures=failures,
         missing_assets=tuple(sorted({path for record in records for path in record.missing_assets})),
-        remarks=survey.ground.remarks,
+        remarks=survey.remarks,
     )
 
 
@@ -218,6 +218,6 @@ def _write_city(path: Path, survey: Survey, zones: Sequence[ZoneRules], options:
         "implicit": options.implicit,
         "cityjson": list(options.cityjson),
         "zones": {rules.zone: {"grammar": rules.name, "hash": rules.hash} for rules in zones},
-        "remarks": [str(remark) for remark in survey.ground.remarks],
+        "remarks": [str(remark) for remark in survey.remarks],
     }
     write_text(path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")

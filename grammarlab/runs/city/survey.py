@@ -16,7 +16,7 @@ from grammarlab.city.fields import points_inside
 from grammarlab.city.layout_plan import LayoutPlan
 from grammarlab.city.map_shapes import read_shapes, read_streets
 from grammarlab.city.packed_outlines import Outlines
-from grammarlab.city.parcel_addresses import Pins, read_pins
+from grammarlab.city.parcel_addresses import read_pins
 from grammarlab.city.parcel_map import read_parcels
 from grammarlab.city.parcels import Parcels
 from grammarlab.city.plan import Plan
@@ -25,6 +25,7 @@ from grammarlab.city.site_making import SiteSources, sites_of
 from grammarlab.city.sites import Sites
 from grammarlab.city.street_lines import StreetLines
 from grammarlab.city.terrain import Terrain, read_terrain
+from grammarlab.city.unknown_pins import unknown_pins
 from grammarlab.city.zone_file import read_zones
 from grammarlab.city.zones import ZoneSources
 from grammarlab.errors import UsageError
@@ -78,6 +79,8 @@ class Survey:
     sites: Sites
     reason: NDArray[np.object_]
     """[N] why a parcel stays empty; empty for those with a site."""
+    remarks: tuple[Remark, ...]
+    """What was doubtful in the map and the pins."""
 
     @property
     def parcels(self) -> Parcels:
@@ -175,10 +178,11 @@ def surveyed(plan: Plan, zones: Sequence[ZoneRules]) -> Survey:
         GrammarlabError: If a file of the plan cannot be used.
     """
     ground = ground_of(plan)
-    pins = read_pins(plan.pins) if plan.pins.is_file() else Pins()
+    pins = read_pins(plan.pins)
     sources = site_sources(plan, zones, ground.parcels.frame)
     sites, reason = sites_of(plan, ground.parcels, ground.streets, ground.terrain, pins, sources)
-    return Survey(plan=plan, ground=ground, sites=sites, reason=reason)
+    remarks = (*ground.remarks, *unknown_pins(pins, ground.parcels.id, plan.pins))
+    return Survey(plan=plan, ground=ground, sites=sites, reason=reason, remarks=remarks)
 
 
 def site_sources(plan: Plan, zones: Sequence[ZoneRules], frame: Frame) -> SiteSources:
