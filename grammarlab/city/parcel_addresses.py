@@ -151,19 +151,21 @@ def rerolled(pins: Pins, parcel: str) -> Pins:
     return _with(pins, Pin(parcel, reroll=pin.reroll + 1, zone="" if pin.zone == EXCLUDED else pin.zone))
 
 
-def pinned(pins: Pins, parcel: str, *, seed: int, model: int, zone: str = "") -> Pins:
-    """Pins with which a parcel keeps a building, whatever the seed of the city.
+def pinned(pins: Pins, parcel: str, *, seed: int, model: int, zone: str) -> Pins:
+    """Pins with which a parcel keeps a building, whatever the seed of the city and wherever its zones are.
 
     Args:
         pins: the pins so far.
         parcel: id of the parcel.
         seed: seed of the building.
         model: its index.
-        zone: its zone; empty to leave it to the plan.
+        zone: its zone.
 
     Raises:
-        UsageError: If a number is out of range.
+        UsageError: If a number is out of range, or there is no zone.
     """
+    if zone in ("", EXCLUDED):
+        raise UsageError(f"expected the zone of the building to keep, found {shown(zone)}")
     for name, value in (("seed", seed), ("model", model)):
         if not 0 <= value <= _LAST_WORD:
             raise UsageError(f"expected 0 <= {name} < 2**64, found {shown(value)}")

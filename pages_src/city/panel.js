@@ -29,7 +29,7 @@ export function makePanel(page) {
     "Click a building, or press N, for its parcel, zone, seed and rules.",
   );
   const reroll = textButton("Reroll", () => page.change("reroll"), { title: "Another building of this zone (R)" });
-  const pin = textButton("Pin", () => page.change("pin"), { title: "Keep this building, whatever changes (P)" });
+  const pin = textButton("Pin", () => page.change("pin"), { title: "Keep this building and its zone (P)" });
   const exclude = textButton("Exclude", () => page.change("exclude"), { title: "Nothing is built here (X)" });
   const visit = textButton("Go there", () => page.visit(), { title: "Go there (F)" });
   const steps = makeSteps(STEPS, "Score of this building", (score) => page.score(score, "stars"));

@@ -57,7 +57,7 @@ def test_a_hundred_thousand_parcels_have_different_models():
     [
         lambda pins: rerolled(pins, "0012"),
         lambda pins: rerolled(pins, "é"),
-        lambda pins: pinned(pins, 'q"q', seed=1, model=2),
+        lambda pins: pinned(pins, 'q"q', seed=1, model=2, zone="park"),
         lambda pins: placed_in(pins, "x#1", "park"),
         lambda pins: excluded(pins, "12"),
         lambda pins: released(pins, "a,b"),
@@ -76,7 +76,7 @@ def test_a_reroll_releases_a_pinned_building_and_keeps_the_zone():
 
 
 def test_a_pinned_building_does_not_depend_on_the_seed_of_the_city():
-    pins = pinned(Pins(), "12", seed=7, model=8)
+    pins = pinned(Pins(), "12", seed=7, model=8, zone="park")
     for seed in (0, 9):
         table = addresses(IDS[1:2], seed, pins)
         assert (int(table.seed[0]), int(table.model[0])) == (7, 8)
@@ -122,4 +122,7 @@ def test_pins_have_different_ids_and_numbers_in_range():
     with pytest.raises(UsageError, match="different ids"):
         Pins.of([Pin("1"), Pin("1", reroll=1)])
     with pytest.raises(UsageError, match="0 <= model"):
-        pinned(Pins(), "1", seed=0, model=2**64)
+        pinned(Pins(), "1", seed=0, model=2**64, zone="park")
+    for zone in ("", EXCLUDED):
+        with pytest.raises(UsageError, match="the zone of the building"):
+            pinned(Pins(), "1", seed=0, model=0, zone=zone)

@@ -147,7 +147,7 @@ def test_pins_change_one_site():
     parcel = sorted(before)[5]
     for pins in (
         rerolled(Pins(), parcel),
-        pinned(Pins(), parcel, seed=1, model=2),
+        pinned(Pins(), parcel, seed=1, model=2, zone="homes"),
         excluded(Pins(), parcel),
         Pins.of([Pin(parcel, zone="homes" if before[parcel][0] != 2 else "courts")]),
         Pins.of([Pin(parcel, reroll=1), Pin("of another map", reroll=1)]),

@@ -102,7 +102,8 @@ def test_choices_are_saved_and_built_and_undone(opened, tmp_path: Path):
     viewer.call("pin", parcel="P-005")
     pins = read_pins(tmp_path / "pins.csv")
     assert pins.get("P-004").zone == EXCLUDED
-    assert str(pins.get("P-005").model) == fact(viewer, "P-005", "model")
+    model_of_5 = int(fact(viewer, "P-005", "model"))
+    assert pins.get("P-005") == Pin("P-005", 7, model_of_5, zone=viewer.call("parcel", parcel="P-005")[0]["zone"])
     window.wait(lambda state: state["empty"] == {"small": 1, "excluded": 1} and not state["busy"])
     assert viewer.call("undo")[0]["words"] == "pin P-005"
     viewer.call("undo")

@@ -69,7 +69,7 @@ def replace_in(file: Path, old: str, new: str) -> None:
 
 CHANGES: dict[str, Callable[[Path], None]] = {
     "reroll": lambda plan: pin(plan, lambda pins: rerolled(pins, "1-1")),
-    "pin": lambda plan: pin(plan, lambda pins: pinned(pins, "far-1", seed=9, model=7)),
+    "pin": lambda plan: pin(plan, lambda pins: pinned(pins, "far-1", seed=9, model=7, zone="rest")),
     "other zone": lambda plan: pin(plan, lambda pins: placed_in(pins, "0-1", "rest")),
     "exclude": lambda plan: pin(plan, lambda pins: excluded(pins, "2-2")),
     "exclude a square": lambda plan: pin(
