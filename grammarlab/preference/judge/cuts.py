@@ -1,0 +1,151 @@
+"""Divisions of the labels of a node by the values of one column, the best one found exactly.
+
+The labels are in at most `MAX_BINS` bins by the rank of their value, equal values together. A division cuts the bins
+into intervals: a bound, a band, one level among others and all levels apart are the same operation. The best one is
+found by dynamic programming over the evidence of all intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints
+
+MAX_BINS = 24
+"""Largest number of bins of a column."""
+_CHUNK = 2_000_000
+"""Largest number of floats of the sums of intervals at a time."""
+
+
+@dataclass(frozen=True, eq=False)
+class BinnedColumns:
+    """Columns of n labels in bins."""
+
+    codes: Ints
+    """[C, n] bin of each label, ascending by value, from 0."""
+    sizes: Ints
+    """[C] number of bins."""
+
+    @classmethod
+    def of(cls, columns: Floats) -> BinnedColumns:
+        """Bins of columns [n, C] with about the same number of labels each."""
+        codes = np.empty(columns.T.shape, dtype=np.int64)
+        sizes = np.empty(columns.shape[1], dtype=np.int64)
+        for index, column in enumerate(columns.T):
+            different, code = np.unique(column, return_inverse=True)
+            code = code.reshape(-1)
+            if len(different) > MAX_BINS:
+                first_rank = np.cumsum(np.bincount(code)) - np.bincount(code)
+                _, code = np.unique((first_rank * MAX_BINS // len(column))[code], return_inverse=True)
+                code = code.reshape(-1)
+            codes[index], sizes[index] = code, code.max(initial=-1) + 1
+        return cls(codes, sizes)
+
+    def __len__(self) -> int:
+        return len(self.codes)
+
+    def __add__(self, other: BinnedColumns) -> BinnedColumns:
+        return BinnedColumns(np.concatenate([self.codes, other.codes]), np.concatenate([self.sizes, other.sizes]))
+
+    def take(self, columns: Ints) -> BinnedColumns:
+        """Some of the columns."""
+        return BinnedColumns(self.codes[columns], self.sizes[columns])
+
+
+class Cut(NamedTuple):
+    """A division of labels by one column."""
+
+    column: int
+    first: tuple[int, ...]
+    """First bin of each interval but the lowest, ascending."""
+
+    def parts(self, columns: BinnedColumns, labels: Ints) -> list[Ints]:
+        """The labels of each interval."""
+        interval = np.searchsorted(np.array(self.first), columns.codes[self.column, labels], side="right")
+        return [labels[interval == number] for number in range(len(self.first) + 1)]
+
+
+class CutColumns(NamedTuple):
+    """The best division by each column."""
+
+    log_evidence: Floats
+    """[C] evidence of the parts and log-probability of the bounds; minus infinity for constant columns."""
+    cuts: list[Cut]
+    """[C]"""
+
+
+def best_cuts(
+    columns: BinnedColumns, chosen: Ints, labels: Ints, terms: Floats, evidence: Callable[[Floats], Floats]
+) -> CutColumns:
+    """The best division of some labels by each of some columns.
+
+    Args:
+        columns: the columns of all n labels.
+        chosen: [C] indices of the columns.
+        labels: [m] indices of the labels.
+        terms: [n, W] terms of all labels.
+        evidence: log-evidence [...] of parts from the sums [..., W] of their terms.
+    """
+    codes, first_code = _occupied(columns.codes[np.ix_(chosen, labels)])
+    widths = codes.max(axis=1, initial=-1) + 1
+    values, cuts = np.full(len(chosen), -np.inf), [Cut(int(column), ()) for column in chosen]
+    for width in np.unique(widths[widths > 1]).tolist():
+        alike = np.flatnonzero(widths == width)
+        per_chunk = max(1, _CHUNK // (width * (width + 1) // 2 * terms.shape[1]))
+        for start in range(0, len(alike), per_chunk):
+            rows = alike[start : start + per_chunk]
+            values[rows], bounds = _divided(codes[rows], width, terms[labels], evidence)
+            for row, bins in zip(rows.tolist(), bounds, strict=True):
+                cuts[row] = Cut(int(chosen[row]), tuple(first_code[row, list(bins)].tolist()))
+    return CutColumns(values, cuts)
+
+
+def _occupied(codes: Ints) -> tuple[Ints, Ints]:
+    """Codes [C, m] without the bins that have no label, and the code [C, B] of each remaining bin."""
+    num, width = len(codes), int(codes.max(initial=-1)) + 1
+    flags = np.zeros((num, width), dtype=bool)
+    flags[np.arange(num)[:, None], codes] = True
+    rank = np.cumsum(flags, axis=1) - 1
+    first = np.zeros((num, width), dtype=np.int64)
+    row, code = np.nonzero(flags)
+    first[row, rank[row, code]] = code
+    return np.take_along_axis(rank, codes, axis=1), first
+
+
+def _divided(
+    codes: Ints, width: int, terms: Floats, evidence: Callable[[Floats], Floats]
+) -> tuple[Floats, list[tuple[int, ...]]]:
+    """Evidence [C] of the best division by each of C columns with bins [C, m], none empty, and its bounds."""
+    num, size = len(codes), terms.shape[1]
+    in_bin = (codes[:, None, :] == np.arange(width)[:, None]).astype(np.float64)
+    below = np.zeros((num, width + 1, size))
+    np.cumsum(in_bin @ terms, axis=1, out=below[:, 1:])
+    low, high = np.triu_indices(width + 1, 1)
+    of_interval = np.full((num, width + 1, width + 1), -np.inf)
+    of_interval[:, low, high] = evidence(below[:, high] - below[:, low])
+    # A bound is at one of the places between bins, and there is another one with even odds.
+    price = np.log(width - 1) + np.log(2.0)
+    best = np.full((num, width + 1), -np.inf)
+    best[:, 0] = 0.0
+    previous = np.zeros((num, width + 1), dtype=np.int64)
+    for end in range(1, width + 1):
+        through = best[:, :end] - np.where(np.arange(end) > 0, price, 0.0) + of_interval[:, :end, end]
+        if end == width:
+            # The whole is no division.
+            through[:, 0] = -np.inf
+        previous[:, end] = through.argmax(axis=1)
+        best[:, end] = through.max(axis=1)
+    return best[:, width], [_walked(row, width) for row in previous.tolist()]
+
+
+def _walked(previous: list[int], end: int) -> tuple[int, ...]:
+    """Bounds from the last interval back to the first."""
+    bounds = list[int]()
+    while previous[end] > 0:
+        end = previous[end]
+        bounds.append(end)
+    return tuple(bounds[::-1])

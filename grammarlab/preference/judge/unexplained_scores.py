@@ -1,0 +1,114 @@
+"""Evidence of scores that nothing explains: any distribution of scores, learned from the scores themselves.
+
+A set of scores that no column divides has some distribution. A Polya tree (Lavine 1992) is a prior over distributions
+whose evidence is a product over the nodes of a tree of halves: at a node with a scores on one side and b on the other
+
+    B(alpha + a, alpha + b) / B(alpha, alpha).
+
+Scores of 0 and of 100 are split off first, since noise is clipped there; below are halves of the points 1 to 99. The
+evidence depends on counts only, so it is the same in any order of the scores. Two priors have even odds: one for a few
+repeated scores, with the same alpha at every depth, and one for smooth distributions, whose alpha grows with the square
+of the depth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import gammaln
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MAX_SCORE
+
+_POINTS = int(MAX_SCORE) + 1
+"""Number of scores, 0 to 100; others are rounded."""
+_MAX_REPEATED = 24
+"""Largest number of different scores that may be a few repeated ones: each is a part of its own."""
+_COARSE_WIDTH = 4
+"""Width of the narrowest parts of more different scores, in points; scores of a part are equally likely."""
+_ALPHA = 0.5
+"""Alpha of a node, and for smooth distributions of the first nodes: Jeffreys' prior."""
+
+
+class _Part(NamedTuple):
+    """A node of the tree of halves: the scores from ``low`` to ``high``."""
+
+    low: int
+    high: int
+    depth: int
+    """Number of nodes above."""
+    is_halved: bool
+    """Whether it has parts."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnexplainedScores:
+    """Evidence of subsets of n scores."""
+
+    members: Floats
+    """[n, T] whether each score is in each part of the tree; parts with the same scores are one."""
+    tables: Floats
+    """[2, T, n + 1] what a part with each number of scores adds to the log-evidence, by both priors."""
+
+    @classmethod
+    def of(cls, scores: Floats) -> UnexplainedScores:
+        """The evidence of subsets of scores [n], 0-100."""
+        points = np.rint(scores)
+        parts = _parts(1 if len(np.unique(points)) <= _MAX_REPEATED else _COARSE_WIDTH)
+        low, high, depth, is_halved = (np.array(column) for column in zip(*parts, strict=True))
+        inside, numbers = (points[:, None] >= low) & (points[:, None] <= high), np.arange(len(scores) + 1)
+        even = -numbers * np.log(high - low + 1)[:, None]
+        tables = np.where(is_halved[:, None], -_rising(2.0 * _alphas(depth), numbers), even)
+        tables += _rising(_alphas(depth - 1), numbers) * (depth > 0)[:, None]
+        members, same = np.unique(inside, axis=1, return_inverse=True)
+        summed = np.zeros((2, members.shape[1], len(numbers)))
+        np.add.at(summed, (slice(None), same.reshape(-1)), tables)
+        return cls(members.astype(np.float64), summed)
+
+    def log_evidence(self, counts: Floats | Ints) -> Floats:
+        """[k] log-evidence of subsets with so many scores [k, T] in each part: sums of rows of `members`.
+
+        >>> scores = UnexplainedScores.of(np.array([0.0, 0.0, 80.0]))
+        >>> float(scores.log_evidence(scores.members[:2].sum(axis=0)[None])[0].round(3))
+        -0.981
+        """
+        index = np.rint(counts).astype(np.int64)
+        both = self.tables[:, np.arange(index.shape[1]), index].sum(axis=2)
+        return np.logaddexp(both[0], both[1]) - np.log(2.0)
+
+
+def _alphas(depth: Ints) -> Floats:
+    """[2, T] alpha of nodes at a depth, by both priors."""
+    return _ALPHA * np.stack([np.ones(len(depth)), np.maximum(depth, 1) ** 2.0])
+
+
+@cache
+def _parts(narrowest: int) -> tuple[_Part, ...]:
+    """All parts of the tree; those of at most ``narrowest`` scores are not halved."""
+    last = _POINTS - 1
+    return (
+        _Part(0, last, 0, True),
+        _Part(0, 0, 1, False),
+        _Part(1, last, 1, True),
+        _Part(last, last, 2, False),
+        *_halves(1, last - 1, 2, narrowest),
+    )
+
+
+def _halves(low: int, high: int, depth: int, narrowest: int) -> Iterator[_Part]:
+    """A part and all parts below it."""
+    is_halved = high - low + 1 > narrowest
+    yield _Part(low, high, depth, is_halved)
+    if is_halved:
+        middle = (low + high) // 2
+        yield from _halves(low, middle, depth + 1, narrowest)
+        yield from _halves(middle + 1, high, depth + 1, narrowest)
+
+
+def _rising(alphas: Floats, numbers: Ints) -> Floats:
+    """[2, T, N] log of Gamma(alpha + number) / Gamma(alpha)."""
+    return gammaln(alphas[:, :, None] + numbers) - gammaln(alphas)[:, :, None]
