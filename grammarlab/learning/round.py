@@ -23,7 +23,8 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.answers import Answers
-from grammarlab.learning.column_growth import further, path_length
+from grammarlab.learning.column_growth import path_length
+from grammarlab.learning.composed_columns import composed_columns
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.designs.design_tables import Columns, DesignTable, DesignTables
@@ -224,16 +225,15 @@ def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings
     scored = [_per_design(table_rows(tables, columns, single), single.scores) for single in about_one if single.designs]
     every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(rows for rows, _ in scored)]))
     designs = tables.designs(every, elsewhere)
-    extra: dict[Feature, None] = {}
+    extra: dict[Feature, float] = {}
     for rows, scores in scored:
         if np.ptp(scores) > 0.0:
-            features = tables.space.search(tables.designs(rows, elsewhere), scores, settings.features)
-            if settings.grows and settings.fit == "blended":
-                indices = selected(scores)
-                compared = tables.designs(rows[indices], elsewhere)
-                features += further(tables.space, compared, scores[indices], settings.features, features)
-            extra |= dict.fromkeys(features)
-    columns = replace(columns, extra=tuple(extra))
+            indices = selected(scores)
+            compared = tables.designs(rows[indices], elsewhere)
+            known = tables.space.vocabulary(compared, settings.features).apply(compared)
+            features = composed_columns(tables.space, compared, known, scores[indices]) if settings.grows and settings.fit == "blended" else {}
+            extra = features | extra
+    columns = replace(columns, extra=tuple(extra), prices=tuple(extra.values()))
     if settings.grows:
         numbered = [(np.searchsorted(every, rows), scores) for rows, scores in scored]
         length = path_length(tables.space, designs, numbered, settings.features, columns.extra)

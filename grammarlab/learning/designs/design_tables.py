@@ -32,7 +32,9 @@ class Columns:
     path_length: int
     """Number of edges of the longest paths."""
     extra: tuple[Feature, ...] = ()
-    """Features found by a search; each has its own column and group."""
+    """Features composed of others; each has its own column and group."""
+    prices: tuple[float, ...] = ()
+    """Description length of each of them, in nats."""
     elsewhere: tuple[Address, ...] = ()
     """Scored designs outside the pool, ascending; columns must distinguish them as well."""
 
@@ -151,7 +153,7 @@ class DesignTables(Generic[Designs]):
             group_names=(*base.group_names, *names),
             scales=np.append(base.scales, [self._searched(feature)[1] for feature in columns.extra]),
             logarithmic=None if base.logarithmic is None else np.append(base.logarithmic, np.zeros(len(names), bool)),
-            priors=None if base.priors is None else np.append(base.priors, np.ones(len(names))),
+            priors=_priors(base, columns.prices),
             units=(*base.units, *("" for _ in names)) if base.units else (),
         )
 
@@ -173,6 +175,14 @@ class DesignTables(Generic[Designs]):
         """Rows with the columns of features found by a search."""
         scales = [self._searched(feature)[1] for feature in extra]
         return np.column_stack([rows, self.space.values(designs, extra) / scales]) if extra else rows
+
+
+def _priors(base: FeatureTable, prices: tuple[float, ...]) -> Floats | None:
+    """[F] how likely columns are to matter: composed ones by their description, relative to a group of the others."""
+    if not prices:
+        return base.priors
+    known = np.ones(len(base.features)) if base.priors is None else base.priors
+    return np.append(known, np.minimum(len(base.group_names) * np.exp(-np.array(prices)), 1.0))
 
 
 def _names(features: Sequence[Feature], base: FeatureTable, values: Floats) -> tuple[str, ...]:

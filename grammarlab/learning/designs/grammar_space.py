@@ -46,6 +46,7 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace, Abstra
 from grammarlab.learning.designs.flattening import Flattened, flattened
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
 from grammarlab.scene.instances import realize
+from grammarlab.tastes.language import Candidates, candidates
 from grammarlab.scene.triangles import leaf_of_triangle
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.language import Candidates, candidates
@@ -176,6 +177,9 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         if "subtrees" in features.families and (scores > 0.0).sum() >= _MIN_LIKED:
             additions += search_patterns(designs, scores)
         return additions
+
+    def candidates(self, designs: Sequence[Forest]) -> Candidates:
+        return candidates(designs)
 
     def joined(self, designs: Sequence[Forest], table: FeatureTable, scores: Floats) -> dict[Feature, float]:
         features, counts = counted(table)

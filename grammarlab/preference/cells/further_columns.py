@@ -114,11 +114,13 @@ def splits_of(
     shares_of: tuple[Ints, ...],
     scores: Floats,
     near: Collection[Above] = (),
+    priors: Floats | None = None,
 ) -> Splits:
     """`Splits.of` rows, including splits by shares."""
     owners = np.concatenate([groups, *(groups[columns] for columns in shares_of)])
     added = np.ones(sum(len(columns) for columns in shares_of), dtype=bool)
-    return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]), scores, near)
+    likely = None if priors is None else np.concatenate([priors, *(priors[columns] for columns in shares_of)])
+    return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]), scores, near, likely)
 
 
 def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:

@@ -212,7 +212,7 @@ class PartitionPreference(AbstractPreference):
             intervals: [n] intervals of these labels, if they are not scores.
         """
         randomness, every = np.random.default_rng(0), np.arange(len(scores))
-        splits = splits_of(rows, self.groups, continuous, self.shares_of, scores)
+        splits = splits_of(rows, self.groups, continuous, self.shares_of, scores, priors=self.priors)
         cells = ScoreCells(
             splits=splits,
             scores=scores,
@@ -226,7 +226,7 @@ class PartitionPreference(AbstractPreference):
         conjunctions = [box.tree(table) for box in boxes]
         faces = set[Above]().union(*(tree.bounds() for tree in conjunctions))
         if faces:
-            splits = splits_of(rows, self.groups, continuous, self.shares_of, scores, faces)
+            splits = splits_of(rows, self.groups, continuous, self.shares_of, scores, faces, self.priors)
             cells, *guides = (replace(part, splits=splits) for part in (cells, *guides))
         growths = sketching(guides)[: 1 if conjunctions else None]
         sketches = [grow(cells, every, growth, randomness) for growth in growths]
@@ -241,7 +241,9 @@ class PartitionPreference(AbstractPreference):
         keeps_trees = self.noise > NOISES[0] or self.blunders > BLUNDERS[0] or len(self.boxes) > 0
         near_trees = self.trees[:_NUM_REPLANTED] if keeps_trees else ()
         near = (start.tree.bounds() | faces).union(*(tree.bounds() for tree in near_trees))
-        cells, guides, _ = start.refined(splits_of(rows, self.groups, continuous, self.shares_of, scores, near), table)
+        cells, guides, _ = start.refined(
+            splits_of(rows, self.groups, continuous, self.shares_of, scores, near, self.priors), table
+        )
         trees = [grow(cells, every, growth, randomness) for growth in growths]
         trees += [replanted(cells, tree, table, every) for tree in conjunctions]
         if near_trees:
@@ -361,7 +363,7 @@ def fit(
         scores: [n] 0-100; equal rows may have different ones.
         groups: [F] group numbers; by default every column is its own group.
         continuous: [F] whether columns are continuous instead of counts; by default none is.
-        priors: [F] how likely columns are to matter, relative to each other, in conjunctions of many of them.
+        priors: [F] how likely columns are to matter, relative to each other; by default all are equally likely.
         seed: seed of the draws of splits, and of the selection of labels if there are more than `_MAX_ROWS_TO_FIT`.
         warm: not used.
         intervals: [n] intervals of the labels, if they are not scores; the scores are then approximate values.
@@ -389,10 +391,10 @@ def fit(
         enough(num, values) // divisor for num in (_NUM_TREES, _NUM_AROUND, _NUM_DOUBTFUL)
     )
     with threadpool_limits(1, "blas"):
-        splits = splits_of(table, numbers, drawn, sums, values, near)
+        splits = splits_of(table, numbers, drawn, sums, values, near, likely)
         start = find_error(splits, values, intervals, randomness, wide, conjunctions[::NUM_PER_CHAIN])
         cells, guides, refined = start.refined(
-            splits_of(table, numbers, drawn, sums, values, start.tree.bounds() | near), wide
+            splits_of(table, numbers, drawn, sums, values, start.tree.bounds() | near, likely), wide
         )
         growths = [Growth(1e-2)] + [
             Growth(LOW_TEMPERATURE if n % 2 else _WARM_TEMPERATURE, 0.0, guides) for n in range(num_trees - 1)

@@ -169,7 +169,15 @@ class Splits:
         return float(np.exp(self.log_prior[self.many[alike]]).max(initial=0.0))
 
     @classmethod
-    def of(cls, rows: Floats, groups: Ints, continuous: Flags, scores: Floats, near: Collection[Above] = ()) -> Splits:
+    def of(
+        cls,
+        rows: Floats,
+        groups: Ints,
+        continuous: Flags,
+        scores: Floats,
+        near: Collection[Above] = (),
+        priors: Floats | None = None,
+    ) -> Splits:
         """Splits that distinguish rows.
 
         Columns of many values are divided at some bounds, evenly spaced by rank, and at both ends of the interval that
@@ -181,6 +189,8 @@ class Splits:
             continuous: [F] whether columns are continuous instead of counts.
             scores: [n] scores of the rows, 0-100.
             near: splits near which columns of many values are divided at every bound.
+            priors: [F] how likely columns are to matter, relative to each other; None if all are equally likely. A
+                group has the prior of its most likely column.
         """
         varying = np.flatnonzero(np.ptp(rows, axis=0) > 0.0) if len(rows) else np.zeros(0, dtype=np.int64)
         bounds = _bounds_of(rows, varying, scores, near)
@@ -188,6 +198,8 @@ class Splits:
             group: _CONTINUOUS_SHARE if continuous[varying[groups[varying] == group]].all() else 1.0
             for group in np.unique(groups[varying]).tolist()
         }
+        if priors is not None:
+            shares = {group: share * float(priors[groups == group].max()) for group, share in shares.items()}
         total = sum(shares.values())
         splits: list[Split] = []
         log_prior: list[float] = []

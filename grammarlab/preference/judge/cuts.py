@@ -32,18 +32,16 @@ class BinnedColumns:
 
     @classmethod
     def of(cls, columns: Floats) -> BinnedColumns:
-        """Bins of columns [n, C] with about the same number of labels each."""
+        """Bins of columns [n, C], with about the same number of labels each if there are more values than bins."""
+        num = len(columns)
+        order = np.argsort(columns, axis=0, kind="stable")
+        rank = _steps(np.take_along_axis(columns, order, axis=0))
+        first = np.maximum.accumulate(np.where(np.diff(rank, axis=0, prepend=-1) > 0, np.arange(num)[:, None], 0), axis=0)
+        many = rank.max(axis=0, initial=-1) >= MAX_BINS
+        rank[:, many] = _steps(first[:, many] * MAX_BINS // max(num, 1))
         codes = np.empty(columns.T.shape, dtype=np.int64)
-        sizes = np.empty(columns.shape[1], dtype=np.int64)
-        for index, column in enumerate(columns.T):
-            different, code = np.unique(column, return_inverse=True)
-            code = code.reshape(-1)
-            if len(different) > MAX_BINS:
-                first_rank = np.cumsum(np.bincount(code)) - np.bincount(code)
-                _, code = np.unique((first_rank * MAX_BINS // len(column))[code], return_inverse=True)
-                code = code.reshape(-1)
-            codes[index], sizes[index] = code, code.max(initial=-1) + 1
-        return cls(codes, sizes)
+        np.put_along_axis(codes, order.T, rank.T, axis=1)
+        return cls(codes, codes.max(axis=1, initial=-1) + 1)
 
     def __len__(self) -> int:
         return len(self.codes)
@@ -54,6 +52,11 @@ class BinnedColumns:
     def take(self, columns: Ints) -> BinnedColumns:
         """Some of the columns."""
         return BinnedColumns(self.codes[columns], self.sizes[columns])
+
+
+def _steps(ascending: Floats | Ints) -> Ints:
+    """[n, C] index of each value among the different values of its column, which is ascending."""
+    return np.cumsum(np.diff(ascending, axis=0, prepend=ascending[:1]) > 0, axis=0)
 
 
 class Cut(NamedTuple):

@@ -1,0 +1,79 @@
+"""Columns composed of others that the scores need: candidates of the language of tastes, and votes of flags.
+
+They are a function of the scored designs and their scores only, independent of their order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.features.columns.feature_table import FeatureTable
+from grammarlab.features.patterns.pattern import Draw, Feature, Formula, Pattern, Threshold
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
+from grammarlab.preference.judge.judge import judged
+from grammarlab.preference.judge.votes import Vote
+
+Atom = Pattern | Draw | Threshold
+
+
+def composed_columns(
+    space: AbstractDesignSpace[Designs], designs: Sequence[Designs], table: FeatureTable, scores: Floats
+) -> dict[Feature, float]:
+    """Features without which known columns do not explain scores, and the price of each in nats.
+
+    Args:
+        space: the design space.
+        designs: all n scored designs.
+        table: their known columns.
+        scores: [n] their scores.
+    """
+    known = table.counts.toarray()
+    candidates = space.candidates(designs)
+    new = np.array([formula not in table.features for formula in candidates.formulas], dtype=bool)
+    new &= ~_same(candidates.values, known)
+    composed, prices = candidates.values[:, new], candidates.prices[new]
+    formulas = [formula for formula, is_new in zip(candidates.formulas, new.tolist(), strict=True) if is_new]
+    flags, of_flags = _flags(known, table.features)
+    verdict = judged(_varying(known), composed, prices, flags, scores)
+    features = [formulas[index] for index in verdict.accepted] + [_formula(vote, of_flags) for vote in verdict.votes]
+    return dict(zip(features, verdict.prices, strict=True))
+
+
+def _varying(columns: Floats) -> Floats:
+    """The columns that are not constant."""
+    return columns[:, np.ptp(columns, axis=0) > 0.0]
+
+
+def _same(columns: Floats, others: Floats) -> np.ndarray:
+    """[C] whether a column orders the designs as one of the others does."""
+    known = {rank.tobytes() for rank in _ranks(others)}
+    return np.array([rank.tobytes() in known for rank in _ranks(columns)], dtype=bool)
+
+
+def _ranks(columns: Floats) -> list[Ints]:
+    ranks = [np.unique(column, return_inverse=True)[1].reshape(-1) for column in columns.T]
+    # Either direction: the first design is in the lower half.
+    return [rank if 2 * rank[0] <= rank.max() else rank.max() - rank for rank in ranks]
+
+
+def _flags(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Feature]]:
+    """The different known columns of 0 and 1."""
+    is_flag = ((known == 0.0) | (known == 1.0)).all(axis=0) & (np.ptp(known, axis=0) > 0.0)
+    is_flag &= np.array([isinstance(feature, Atom | Formula) for feature in features], dtype=bool)
+    indices = np.flatnonzero(is_flag)
+    # Opposite flags say the same.
+    _, first = np.unique(np.abs(known[:, indices] - known[:1, indices]), axis=1, return_index=True)
+    indices = indices[np.sort(first)]
+    return known[:, indices], [features[index] for index in indices.tolist()]
+
+
+def _formula(vote: Vote, features: Sequence[Feature]) -> Formula:
+    signed = [
+        features[flag] if sign > 0 else Formula.of("not", features[flag])
+        for flag, sign in zip(vote.flags, vote.signs, strict=True)
+    ]
+    return reduce(lambda a, b: Formula.of("!=" if vote.odd else "+", a, b), signed)

@@ -1,0 +1,77 @@
+"""Scores with the columns that may explain them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.cells.person_error import PRICE_OF_BLUNDERS
+from grammarlab.preference.judge.cuts import BinnedColumns
+from grammarlab.preference.judge.leaf_evidence import LeafEvidence
+from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
+
+
+class Person(NamedTuple):
+    """Errors of a person."""
+
+    noise: float
+    """Standard deviation of a score around its value, in points."""
+    blunders: float
+    """Probability of a random score."""
+
+    @property
+    def price(self) -> float:
+        """Minus the log of the prior, up to a constant, in nats."""
+        return PRICE_OF_BLUNDERS * self.blunders
+
+
+class Explanation(NamedTuple):
+    """What the best explanation of a kind uses."""
+
+    total: float
+    """Evidence minus description length, in nats."""
+    columns: frozenset[int]
+    person: Person
+
+
+@dataclass(frozen=True, eq=False)
+class Labels:
+    """n scores and F columns."""
+
+    values: Floats
+    """[n, F] columns."""
+    binned: BinnedColumns
+    """The columns in bins."""
+    prices: Floats
+    """[F] description length of each column, in nats."""
+    scores: Floats
+    """[n] 0-100."""
+    unexplained: UnexplainedScores
+    """Evidence of the scores without columns."""
+
+    @classmethod
+    def of(cls, values: Floats, prices: Floats, scores: Floats) -> Labels:
+        """Scores [n] with columns [n, F]."""
+        return cls(values, BinnedColumns.of(values), prices, scores, UnexplainedScores.of(scores))
+
+    @cached_property
+    def every(self) -> Ints:
+        """[n] indices of all labels."""
+        return np.arange(len(self.scores))
+
+    def joined(self, values: Floats, prices: Floats) -> Labels:
+        """The same scores with further columns [n, C] after these."""
+        return replace(
+            self,
+            values=np.concatenate([self.values, values], axis=1),
+            binned=self.binned + BinnedColumns.of(values),
+            prices=np.append(self.prices, prices),
+        )
+
+    def evidence(self, person: Person) -> LeafEvidence:
+        """Evidence of leaves for a person."""
+        return LeafEvidence.of(self.scores, self.unexplained, person.noise, person.blunders)

@@ -1,0 +1,128 @@
+"""The best tree: from a few first divisions, with the errors of the person that make it most likely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from grammarlab.preference.cells.person_error import BLUNDERS, NOISES
+from grammarlab.preference.judge.labels import Explanation, Labels, Person
+from grammarlab.preference.judge.score_tree import NODE_PRICE, ScoreTree, TreeGrowth
+from grammarlab.preference.judge.screening import gains
+from grammarlab.preference.judge.smooth_leaf import MAX_LABELS, SmoothLeaf
+
+_NUM_ROOTS = 3
+"""Number of first divisions that trees grow from, beside the best one. More are only slower."""
+_NUM_PERSONS = 2
+"""Largest number of times that errors are improved and trees grown again."""
+_NUM_FINISHED = 3
+"""Number of trees of different columns whose leaves may be smooth."""
+_NUM_SMOOTH = 8
+"""Number of columns of each leaf that are tried as smooth."""
+_MIN_SMOOTH = 8
+"""Smallest number of labels of a smooth leaf."""
+
+
+class Grown(NamedTuple):
+    """A tree with the errors that it was grown for."""
+
+    tree: ScoreTree
+    person: Person
+
+    @property
+    def total(self) -> float:
+        """Evidence minus description length, the person's included."""
+        return self.tree.total - self.person.price
+
+
+class BestTree(NamedTuple):
+    """The best tree and what it explains."""
+
+    explanation: Explanation
+    tree: ScoreTree
+
+
+class _SmoothColumn(NamedTuple):
+    column: int
+    price: float
+    function: SmoothLeaf
+
+
+def best_tree(labels: Labels, persons: Sequence[Person]) -> BestTree:
+    """The best tree of some labels.
+
+    Args:
+        labels: the labels.
+        persons: errors that searches start with.
+    """
+    grown = [item for person in persons for item in _grown(labels, person)]
+    tried = set(persons)
+    for _ in range(_NUM_PERSONS):
+        best = max(grown, key=lambda item: item.total)
+        likely = _most_likely(labels, best)
+        if likely in tried:
+            break
+        tried.add(likely)
+        grown += _grown(labels, likely)
+    different: dict[frozenset[int], Grown] = {}
+    for item in sorted(grown, key=lambda item: -item.total):
+        different.setdefault(item.tree.columns, item)
+    finished = [_with_smooth_leaves(labels, item) for item in list(different.values())[:_NUM_FINISHED]]
+    return max(finished, key=lambda item: item.explanation.total)
+
+
+def _grown(labels: Labels, person: Person) -> list[Grown]:
+    growth = TreeGrowth(labels.binned, labels.prices, labels.scores, labels.evidence(person))
+    roots = growth.roots(labels.every, _NUM_ROOTS)
+    return [Grown(growth.grown(labels.every, root), person) for root in (None, *roots)]
+
+
+def _most_likely(labels: Labels, grown: Grown) -> Person:
+    """The errors with which a tree has the highest total."""
+    leaves = [leaf.labels for leaf in grown.tree.leaves()]
+
+    def total(person: Person) -> float:
+        evidence = labels.evidence(person)
+        return sum(evidence.of_labels(leaf) for leaf in leaves) - person.price
+
+    return max([grown.person, *(Person(noise, blunders) for noise in NOISES for blunders in BLUNDERS)], key=total)
+
+
+def _with_smooth_leaves(labels: Labels, grown: Grown) -> BestTree:
+    """A tree whose leaves are smooth functions where these explain scores better, for the most likely noise."""
+    tree, blunders = grown.tree, grown.person.blunders
+    leaves = [(leaf, _smooth(labels, leaf)) for leaf in tree.leaves()]
+    best = Explanation(grown.total, tree.columns, grown.person)
+    # The price of divisions: leaves are evaluated again.
+    divided = grown.total - sum(leaf.total for leaf, _ in leaves)
+    for noise in NOISES:
+        person = Person(noise, blunders)
+        evidence, total, used = labels.evidence(person), divided, set[int](tree.columns)
+        for leaf, functions in leaves:
+            plain = evidence.of_labels(leaf.labels)
+            trials = [(smooth.function.log_evidence(noise) - smooth.price, smooth.column) for smooth in functions]
+            highest, column = max(trials, default=(-np.inf, -1))
+            total += max(plain, highest) - NODE_PRICE
+            used |= {column} if highest > plain else set()
+        if total > best.total:
+            best = Explanation(total, frozenset(used), person)
+    return BestTree(best, tree)
+
+
+def _smooth(labels: Labels, leaf: ScoreTree) -> list[_SmoothColumn]:
+    """Columns of which a leaf may be a smooth function."""
+    num, scores = len(leaf.labels), labels.scores[leaf.labels]
+    if not _MIN_SMOOTH <= num <= MAX_LABELS or np.ptp(scores) == 0.0:
+        return []
+    worth = gains(labels.binned, leaf.labels, labels.scores) - labels.prices
+    worth[labels.binned.sizes <= 2] = -np.inf
+    functions = list[_SmoothColumn]()
+    for column in np.argsort(-worth, kind="stable")[:_NUM_SMOOTH].tolist():
+        values = labels.values[leaf.labels, column]
+        if np.isfinite(worth[column]) and np.ptp(values) > 0.0:
+            # The length and the size of the function are fitted: half of log n each, as for a weight.
+            price = float(labels.prices[column] + 0.5 * np.log(num) + np.log(2.0))
+            functions.append(_SmoothColumn(column, price, SmoothLeaf(values, scores)))
+    return functions
