@@ -10,27 +10,35 @@ from functools import reduce
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
-from grammarlab.features.columns.feature_table import FeatureTable
-from grammarlab.features.patterns.pattern import Draw, Feature, Formula, Pattern, Threshold
+from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.features.patterns.pattern import Atom, Feature, Formula
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
+from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import Vote
 
-Atom = Pattern | Draw | Threshold
+MAX_LABELS = 384
+"""Largest number of labels that are judged. More are only slower."""
+
+
+def selected(scores: Floats) -> Ints:
+    """Ascending indices of at most `MAX_LABELS` labels, an even selection by score."""
+    num = min(MAX_LABELS, len(scores))
+    return np.sort(np.argsort(scores, kind="stable")[np.arange(num) * len(scores) // max(num, 1)])
 
 
 def composed_columns(
-    space: AbstractDesignSpace[Designs], designs: Sequence[Designs], table: FeatureTable, scores: Floats
+    space: AbstractDesignSpace[Designs], designs: Sequence[Designs], scores: Floats, options: FeatureOptions
 ) -> dict[Feature, float]:
     """Features without which known columns do not explain scores, and the price of each in nats.
 
     Args:
         space: the design space.
-        designs: all n scored designs.
-        table: their known columns.
+        designs: all n scored designs, in batches.
         scores: [n] their scores.
+        options: the known columns.
     """
+    table, candidates = space.vocabulary(designs, options).apply(designs), space.candidates(designs)
     known = table.counts.toarray()
     candidates = space.candidates(designs)
     new = np.array([formula not in table.features for formula in candidates.formulas], dtype=bool)
@@ -48,7 +56,7 @@ def _varying(columns: Floats) -> Floats:
     return columns[:, np.ptp(columns, axis=0) > 0.0]
 
 
-def _same(columns: Floats, others: Floats) -> np.ndarray:
+def _same(columns: Floats, others: Floats) -> Flags:
     """[C] whether a column orders the designs as one of the others does."""
     known = {rank.tobytes() for rank in _ranks(others)}
     return np.array([rank.tobytes() in known for rank in _ranks(columns)], dtype=bool)

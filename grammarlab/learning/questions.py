@@ -1,4 +1,4 @@
-"""Designs to ask about next, given a state; some lie near a bound on continuous draws, so that few labels narrow it."""
+"""Designs to ask about next, given a state."""
 
 from __future__ import annotations
 
@@ -6,14 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Threshold
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import Designs
-from grammarlab.learning.designs.design_tables import DesignTable, DesignTables
 from grammarlab.learning.round import State, Study, table_rows
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference
+from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.compared_pairs import propose_pairs
 from grammarlab.preference.queries import Situation, Way, propose
 
@@ -56,37 +53,8 @@ def ask(
         tables.pool_designs.weights,
     )
     chosen = propose(way, situation, num, seed)
-    if way == "default":
-        chosen = _narrowing(tables, state, situation, chosen)
     names = (*tables.addresses, *columns.elsewhere)
     return tuple(names[index] for index in chosen.tolist())
-
-
-def between(margins: Floats, scored: Ints, num: int) -> Ints:
-    """Models that narrow a bound: evenly spaced, by rank, between the nearest scored models on both sides.
-
-    With num models per round, the interval between the two sides shrinks by a factor of num + 1 per round.
-
-    Args:
-        margins: [m] signed distance of each model of the pool to the bound
-            (`grammarlab.features.search.thresholds.margins`).
-        scored: [n] pool indices of the scored models.
-        num: largest number of models; fewer if there are no more between the two.
-
-    Returns:
-        Different pool indices, none of them in ``scored``.
-
-    >>> between(np.arange(-8.0, 9.0), np.array([0, 4, 16]), 3).tolist()
-    [7, 10, 13]
-    """
-    scored_margins = margins[scored]
-    low = scored_margins[scored_margins < 0.0].max(initial=-np.inf)
-    high = scored_margins[scored_margins >= 0.0].min(initial=np.inf)
-    inside = np.flatnonzero((margins > low) & (margins < high) & np.isfinite(margins))
-    inside = np.setdiff1d(inside, scored)
-    inside = inside[np.argsort(margins[inside], kind="stable")]
-    num = min(num, len(inside))
-    return inside[((np.arange(num) + 1) * len(inside)) // (num + 1)]
 
 
 def ask_pairs(
@@ -135,37 +103,3 @@ def _product(state: State) -> Answers:
         len(scores), len(shared)
     )
     return Answers("", tuple(shared), MAX_SCORE * np.prod(values / MAX_SCORE, axis=0))
-
-
-def _narrowing(tables: DesignTables[Designs], state: State, situation: Situation, chosen: Ints) -> Ints:
-    """The designs chosen, up to half of them replaced by others that narrow relevant bounds on continuous draws."""
-    feature_margins = [(feature, tables.margins(feature)) for feature in state.columns.extra]
-    bounds = [(feature, distance) for feature, distance in feature_margins if distance is not None]
-    relevant = _relevant(tables.table(state.columns), situation.preference) if bounds else set[Feature]()
-    margins: list[Floats] = [distance for feature, distance in bounds if _bounded(feature) & relevant]
-    if not margins:
-        return chosen
-    near = [between(distance, situation.scored, len(chosen) // 2 // len(margins)) for distance in margins]
-    near = np.unique(np.concatenate(near))
-    return np.concatenate([chosen[~np.isin(chosen, near)][: len(chosen) - len(near)], near])
-
-
-def _relevant(table: DesignTable, preference: AbstractPreference | None) -> set[Feature]:
-    """Features of the groups that are relevant to a preference.
-
-    A search for bounds finds some that explain the scores by chance, and questions about these are lost.
-    """
-    if preference is None:
-        return set()
-    numbers = [str(number) for number in range(len(table.group_names))]
-    entries = preference.explaining.explain(numbers)
-    groups = {int(entry.name.rpartition(": ")[2]) for entry in entries if entry.level != "none"}
-    return {feature for feature, group in zip(table.features, table.groups.tolist(), strict=True) if group in groups}
-
-
-def _bounded(feature: Feature) -> set[Feature]:
-    """A bound, and the draws that it bounds: a preference may divide designs by either of them."""
-    sites = (
-        (feature.site,) if isinstance(feature, Threshold) else feature.sites if isinstance(feature, HalfSpace) else ()
-    )
-    return {feature, *(Draw(site) for site in sites)}

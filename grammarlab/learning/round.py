@@ -7,8 +7,8 @@ person at the page, a label file and a Python function give equal states. Its qu
 - pool: the designs to ask about (`grammarlab.learning.designs.pool`). Designs from elsewhere may have a
   score.
 - liked factor: one with a score above 0. Others are left out of the product, since their preference is unknown.
-- columns: features of designs. A search adds features that explain scores, and paths grow longer, see
-  `grammarlab.learning.column_growth`.
+- columns: features of designs. Composed ones that scores need are added
+  (`grammarlab.learning.composed_columns`), and paths grow longer (`grammarlab.learning.path_growth`).
 """
 
 from __future__ import annotations
@@ -23,16 +23,15 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.answers import Answers
-from grammarlab.learning.column_growth import path_length
-from grammarlab.learning.composed_columns import composed_columns
+from grammarlab.learning.composed_columns import composed_columns, selected
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.designs.design_tables import Columns, DesignTable, DesignTables
 from grammarlab.learning.designs.pool import Pool, PoolDesigns
 from grammarlab.learning.fitting import fit
+from grammarlab.learning.path_growth import path_length
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
-from grammarlab.preference.cells.further_columns import selected
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.liked import blunders_of, liked_are_rare, noise_of
 
@@ -226,13 +225,12 @@ def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings
     every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(rows for rows, _ in scored)]))
     designs = tables.designs(every, elsewhere)
     extra: dict[Feature, float] = {}
-    for rows, scores in scored:
-        if np.ptp(scores) > 0.0:
-            indices = selected(scores)
-            compared = tables.designs(rows[indices], elsewhere)
-            known = tables.space.vocabulary(compared, settings.features).apply(compared)
-            features = composed_columns(tables.space, compared, known, scores[indices]) if settings.grows and settings.fit == "blended" else {}
-            extra = features | extra
+    for rows, scores in scored if settings.grows and settings.fit == "blended" else ():
+        indices = selected(scores)
+        extra = (
+            composed_columns(tables.space, tables.designs(rows[indices], elsewhere), scores[indices], settings.features)
+            | extra
+        )
     columns = replace(columns, extra=tuple(extra), prices=tuple(extra.values()))
     if settings.grows:
         numbered = [(np.searchsorted(every, rows), scores) for rows, scores in scored]

@@ -10,7 +10,7 @@ if TYPE_CHECKING:  # these load JAX, which sampling does not need
     from grammarlab.preference.queries import Way
 
 
-FAMILIES = ("paths", "symbols", "draws", "thresholds", "skips", "siblings", "subtrees", "counts", "comparisons")
+FAMILIES = ("paths", "symbols", "draws", "skips", "siblings", "counts")
 """Kinds of features."""
 MAX_PATH_LENGTH = 4
 """Largest number of edges of a path."""
@@ -32,7 +32,7 @@ class FeatureOptions:
 class Settings:
     """Settings of a step of learning. The default is for persons."""
 
-    features: FeatureOptions = FeatureOptions(2, ("paths", "symbols", "draws", "thresholds"))
+    features: FeatureOptions = FeatureOptions(2, ("paths", "symbols", "draws"))
     fit: Fit = "blended"
     options: tuple[tuple[str, float], ...] = ()
     """Parameters of the fit by name; only the paper's baseline has any."""
@@ -40,7 +40,7 @@ class Settings:
     """Query strategy, which selects the designs to ask about."""
     grows: bool = True
     """Whether longer paths are added if designs with equal rows got different scores, and the default method adds
-    features of further kinds that scores need."""
+    composed columns that scores need."""
     widens: bool = True
     """Whether the pool is widened if liked designs are rare (`grammarlab.learning.designs.pool`)."""
     warm: bool = False

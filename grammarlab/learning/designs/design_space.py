@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
 from grammarlab.scene.instances import Scene
-from grammarlab.tastes.basic_quantities import Elements
-from grammarlab.tastes.language import Candidates, candidates
+from grammarlab.tastes.language import Candidates
 
 Designs = TypeVar("Designs")
 """A batch of n designs, in the representation of a space; for a grammar a `Forest`."""
@@ -65,16 +64,6 @@ class NoParts(AbstractParts):
 
     def way_to(self, part: int) -> tuple[tuple[str, str], ...]:
         return ()
-
-
-class PointsFeature(NamedTuple):
-    """A feature that predicts scores."""
-
-    feature: Feature
-    predicted: Floats
-    """[n] the scores, in points."""
-    price: float
-    """What the choice of its weights costs, in nats."""
 
 
 class AbstractDesignSpace(ABC, Generic[Designs]):
@@ -133,27 +122,9 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
     def vocabulary(self, designs: Sequence[Designs], features: FeatureOptions) -> DesignColumns[Designs]:
         """Columns that distinguish designs."""
 
-    @abstractmethod
-    def search(self, designs: Sequence[Designs], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
-        """Features beyond the vocabulary that explain scores [n] of designs, best first; () if there are none."""
-
-    def joined(self, designs: Sequence[Designs], table: FeatureTable, scores: Floats) -> dict[Feature, float]:
-        """Features that join several columns of a table, and that scores [n] of designs may need.
-
-        Each has a price: the gain in nats from which it counts, since it was chosen among many.
-        """
-        return {}
-
-    def points(self, table: FeatureTable, scores: Floats) -> list[PointsFeature]:
-        """Features that predict scores [n] of designs from several columns of a table, each with its own weight."""
-        return []
-
     def candidates(self, designs: Sequence[Designs]) -> Candidates:
-        """What a person may like about designs: columns of one language, each with a price, whatever the scores are.
-
-        Made of at most a few thousand designs; `values` has the candidates of others.
-        """
-        return candidates(Elements.of_columns({}, len(self.values(designs, ()))))
+        """What a person may like of designs beyond the vocabulary, with values for these designs and prices."""
+        return Candidates((), np.zeros((0, 0)), np.zeros(0))
 
     @abstractmethod
     def values(self, designs: Sequence[Designs], features: Sequence[Feature]) -> Floats:
@@ -173,10 +144,6 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
             UsageError: If it is unknown for designs of this kind.
         """
         raise UsageError("the density of designs of this kind is unknown, so they have no uniform base.")
-
-    @abstractmethod
-    def margins(self, designs: Sequence[Designs], feature: Feature) -> Floats | None:
-        """[n] signed distance of designs to a bound on continuous parameters; None if the feature is not a bound."""
 
     @abstractmethod
     def realize(self, addresses: Sequence[Address]) -> Realized:

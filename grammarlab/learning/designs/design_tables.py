@@ -132,10 +132,6 @@ class DesignTables(Generic[Designs]):
         designs = self._elsewhere(addresses)
         return self._extended(vocabulary.apply(designs).rows(), designs, columns.extra)
 
-    def margins(self, feature: Feature) -> Floats | None:
-        """[m] signed distance of the designs of the pool to a bound; None for a feature that is not a bound."""
-        return self.space.margins(self.pool_designs.batches, feature)
-
     def _table(self, columns: Columns) -> DesignTable:
         _, base, others = self._base(columns.path_length, columns.elsewhere)
         pool = [self._searched(feature)[0] for feature in columns.extra]
@@ -166,13 +162,13 @@ class DesignTables(Generic[Designs]):
         return vocabulary, vocabulary.apply(designs), vocabulary.apply(self._others).rows()
 
     def _measure(self, feature: Feature) -> tuple[Floats, float]:
-        """[m] scaled values of a feature found by a search, and the scale: its standard deviation, at least 1."""
+        """[m] scaled values of a feature composed of others, and the scale: its standard deviation, at least 1."""
         values = self.space.values(self.pool_designs.batches, (feature,))[:, 0]
         scale = max(1.0, float(values.std()))
         return values / scale, scale
 
     def _extended(self, rows: Floats, designs: Sequence[Designs], extra: tuple[Feature, ...]) -> Floats:
-        """Rows with the columns of features found by a search."""
+        """Rows with the columns of features composed of others."""
         scales = [self._searched(feature)[1] for feature in extra]
         return np.column_stack([rows, self.space.values(designs, extra) / scales]) if extra else rows
 
@@ -186,7 +182,7 @@ def _priors(base: FeatureTable, prices: tuple[float, ...]) -> Floats | None:
 
 
 def _names(features: Sequence[Feature], base: FeatureTable, values: Floats) -> tuple[str, ...]:
-    """Readable names of features found by a search; their text if another column has the same name."""
+    """Readable names of features composed of others; their text if another column has the same name."""
     base_names = dict(zip(base.features, base.names, strict=True))
     texts = [_words(feature, base_names, base, values) for feature in features]
     occurrences = Counter((*base.names, *texts))

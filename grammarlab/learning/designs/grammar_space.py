@@ -22,37 +22,24 @@ from grammarlab.derivation.state.width_attribute import STREET_WIDTH
 from grammarlab.errors import UsageError, shown
 from grammarlab.features.acceptance import Acceptance
 from grammarlab.features.accepted_grammar import AcceptedGrammar
-from grammarlab.features.columns.feature_table import FeatureTable
-from grammarlab.features.columns.paths import is_quantity
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.patterns.counts import count
-from grammarlab.features.patterns.pattern import Draw, Feature, HalfSpace, Pattern, Threshold
+from grammarlab.features.patterns.pattern import Feature
 from grammarlab.features.patterns.pattern_checks import check
 from grammarlab.features.patterns.tree_index import without_geometry
-from grammarlab.features.search.attribute_readers import readers_of
-from grammarlab.features.search.equal_choices import find_equalities
-from grammarlab.features.search.points import find_points
-from grammarlab.features.search.sums import find_steps, find_sum
-from grammarlab.features.search.thresholds import find_half_space, find_relations, find_thresholds, margins
-from grammarlab.features.search.totals import counted, find_totals, total_of
-from grammarlab.features.search.tree_patterns import search_patterns
 from grammarlab.files import existing
 from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from grammarlab.language.attribute_values import fit_properties
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Numbering
 from grammarlab.learning.designs.addresses import Address, hashes_of
-from grammarlab.learning.designs.design_space import AbstractDesignSpace, AbstractParts, PointsFeature, Realized
+from grammarlab.learning.designs.design_space import AbstractDesignSpace, AbstractParts, Realized
 from grammarlab.learning.designs.flattening import Flattened, flattened
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
 from grammarlab.scene.instances import realize
-from grammarlab.tastes.language import Candidates, candidates
 from grammarlab.scene.triangles import leaf_of_triangle
-from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.language import Candidates, candidates
 
-_MIN_LIKED = 3
-"""Smallest number of models with a score above 0 for a search for subtrees."""
 _BATCH_MODELS = 1_000
 """Number of accepted models per batch."""
 _RATE_MODELS = 2_000
@@ -165,39 +152,11 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             far_pairs="skips" in families,
             adjacent_pairs="siblings" in families,
             repeats="count" if "counts" in families else "present",
-            extra=self._comparisons(designs) if "comparisons" in families else (),
         )
         return Vocabulary.find(designs, options)
 
-    def search(self, designs: Sequence[Forest], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
-        additions: tuple[Feature, ...] = ()
-        if "thresholds" in features.families:
-            additions += self._bounds(designs, scores)
-        # Some pattern fits any single liked model by chance.
-        if "subtrees" in features.families and (scores > 0.0).sum() >= _MIN_LIKED:
-            additions += search_patterns(designs, scores)
-        return additions
-
     def candidates(self, designs: Sequence[Forest]) -> Candidates:
         return candidates(designs)
-
-    def joined(self, designs: Sequence[Forest], table: FeatureTable, scores: Floats) -> dict[Feature, float]:
-        features, counts = counted(table)
-        totals = find_totals(counts, scores)
-        relations, price = find_relations(designs, scores, self._drawn)
-        equalities, price_of_one = find_equalities(designs, scores)
-        summed = find_sum(designs, scores, self._drawn, self._readers)
-        joined: dict[Feature, float] = {total_of(features, total.weights): total.price for total in totals}
-        joined |= {} if summed is None else {summed.sum: summed.price}
-        return joined | dict.fromkeys(relations, price) | dict.fromkeys(equalities, price_of_one)
-
-    def points(self, table: FeatureTable, scores: Floats) -> list[PointsFeature]:
-        features, counts = counted(table)
-        fits = find_points(counts, scores)
-        return [PointsFeature(total_of(features, fit.weights), fit.predicted, fit.price) for fit in fits]
-
-    def candidates(self, designs: Sequence[Forest]) -> Candidates:
-        return candidates(Elements.of(designs, self._readers))
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])
@@ -208,12 +167,6 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def log_density(self, designs: Forest) -> Floats:
         return designs.log_probability()
 
-    def margins(self, designs: Sequence[Forest], feature: Feature) -> Floats | None:
-        # A comparison of two draws has no bound to narrow.
-        if not isinstance(feature, Threshold | HalfSpace) or (isinstance(feature, HalfSpace) and feature.bound == 0.0):
-            return None
-        return margins(designs, feature)
-
     def realize(self, addresses: Sequence[Address]) -> Realized:
         forest = self.derive(addresses)
         return Realized(realize(forest), forest.missing_assets)
@@ -223,36 +176,6 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     def asset_names(self) -> Iterable[str]:
         return self._accepted.asset_names()
-
-    def _bounds(self, forests: Sequence[Forest], scores: Floats) -> tuple[Feature, ...]:
-        """Bounds on quantities: on several together if they explain scores, otherwise single ones."""
-        names = self._drawn
-        liked = scores > (scores.min() + scores.max()) / 2
-        together = find_half_space(forests, np.asarray(liked), names) if names else None
-        if together is not None and len(together.sites) > 1:
-            steps = find_steps(forests, scores, together)
-            return (together,) if steps is None else (together, steps)
-        return find_thresholds(forests, scores, names)
-
-    @cached_property
-    def _drawn(self) -> list[str]:
-        """Names of draws that are quantities."""
-        return list(dict.fromkeys(site.name for site in self.program.sites if is_quantity(site)))
-
-    def _comparisons(self, forests: Sequence[Forest]) -> tuple[HalfSpace, ...]:
-        """Comparisons of two quantities, either of which may be the smaller one."""
-        values = self.values(forests, [Draw(name) for name in self._drawn])
-        smaller = values[:, :, None] < values[:, None, :]
-        varying = np.triu(smaller.any(axis=0) & ~smaller.all(axis=0), 1)
-        return tuple(
-            HalfSpace((self._drawn[first], self._drawn[second]), (1.0, -1.0), 0.0)
-            for first, second in np.argwhere(varying)
-        )
-
-    @cached_property
-    def _readers(self) -> dict[str, tuple[Pattern, ...]]:
-        """Branches that read attributes."""
-        return readers_of(self.grammar)
 
     @property
     def folder(self) -> AssetFolder | None:

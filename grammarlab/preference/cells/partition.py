@@ -33,7 +33,6 @@ from grammarlab.errors import UsageError
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.box_search import NUM_PER_CHAIN, find_boxes
 from grammarlab.preference.cells.cells import ScoreCells, levels_of
-from grammarlab.preference.cells.further_columns import splits_of, sums_of, widened
 from grammarlab.preference.cells.person_error import (
     BLUNDERS,
     LOW_TEMPERATURE,
@@ -47,6 +46,7 @@ from grammarlab.preference.cells.person_error import (
     sketching,
 )
 from grammarlab.preference.cells.splits import Above
+from grammarlab.preference.cells.sum_shares import splits_of, sums_of, widened
 from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, loosened, regrown, replanted
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.likelihood import Intervals

@@ -36,7 +36,9 @@ class BinnedColumns:
         num = len(columns)
         order = np.argsort(columns, axis=0, kind="stable")
         rank = _steps(np.take_along_axis(columns, order, axis=0))
-        first = np.maximum.accumulate(np.where(np.diff(rank, axis=0, prepend=-1) > 0, np.arange(num)[:, None], 0), axis=0)
+        first = np.maximum.accumulate(
+            np.where(np.diff(rank, axis=0, prepend=-1) > 0, np.arange(num)[:, None], 0), axis=0
+        )
         many = rank.max(axis=0, initial=-1) >= MAX_BINS
         rank[:, many] = _steps(first[:, many] * MAX_BINS // max(num, 1))
         codes = np.empty(columns.T.shape, dtype=np.int64)

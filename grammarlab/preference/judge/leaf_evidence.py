@@ -5,8 +5,8 @@ the person only,
 
     log sum_v p(v) prod_i p(y_i | v),
 
-or they have any distribution of values (`grammarlab.preference.judge.unexplained_scores`). Without the second case every
-division looks proven that separates a few scores: one value contradicts all others.
+or they have any distribution of values (`grammarlab.preference.judge.unexplained_scores`). Without the second case
+every division looks proven that separates a few scores: one value contradicts all others.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Floats
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.likelihood import log_likelihood
 

@@ -27,7 +27,13 @@ def gains(columns: BinnedColumns, labels: Ints, scores: Floats) -> Floats:
 
 
 def explained(codes: Ints, width: int, scores: Floats) -> Floats:
-    """[C] estimated gain of log-likelihood by a mean of scores [m] for each code of each row [C, m], 0 to ``width`` - 1."""
+    """[C] estimated gain of log-likelihood by a mean for each code of a row, less what chance gains.
+
+    Args:
+        codes: [C, m] 0 to ``width`` - 1.
+        width: number of possible codes.
+        scores: [m] scores.
+    """
     num, m = codes.shape
     centred = scores - scores.mean()
     total = float(centred @ centred)
@@ -39,4 +45,6 @@ def explained(codes: Ints, width: int, scores: Floats) -> Floats:
     share = (sums**2 / np.maximum(number, 1)).sum(axis=1) / total
     occupied = (number > 0).sum(axis=1)
     unexplained = np.maximum(1.0 - share, 1.0 / (m + 1.0) ** 2)
-    return -0.5 * m * np.log(unexplained) - 0.5 * (occupied - 1) * (1.0 + np.log(np.maximum(m / np.maximum(m - occupied, 1), 1)))
+    return -0.5 * m * np.log(unexplained) - 0.5 * (occupied - 1) * (
+        1.0 + np.log(np.maximum(m / np.maximum(m - occupied, 1), 1))
+    )

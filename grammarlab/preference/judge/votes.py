@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Floats
 from grammarlab.preference.judge.screening import explained
 
 MAX_FLAGS = 5

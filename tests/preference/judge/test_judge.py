@@ -106,12 +106,12 @@ def test_the_order_of_labels_does_not_matter():
 def test_votes_count_flags_at_the_price_of_their_choice():
     known, _ = columns(96, seed=11)
     flags = known[:, :12]
-    held = flags[:, 0] + flags[:, 1] + (1.0 - flags[:, 2])
-    found = votes(flags, 80.0 * (held >= 2.0))
+    held = np.asarray(flags[:, 0] + flags[:, 1] + (1.0 - flags[:, 2]), dtype=np.float64)
+    found = votes(flags, 80.0 * (held >= 2.0).astype(np.float64))
     wanted = [vote for vote in found if set(vote.flags) == {0, 1, 2} and not vote.odd]
     numbers = [vote.values(flags) for vote in wanted]
     # The opposite flags count as well: the column is the number, or three less the number.
     assert any((number == held).all() or (number == 3.0 - held).all() for number in numbers)
     assert wanted[0].price == pytest.approx(np.log(comb(12, 3) * 2**3))
-    assert votes(flags, np.full(96, 3.0)) == []
+    assert votes(flags, np.full(96, 3.0, dtype=np.float64)) == []
     assert votes(flags[:, :1], 80.0 * flags[:, 0]) == []

@@ -1,6 +1,6 @@
 """Divisions, trees and lines: the best ones, with the totals that their description gives."""
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
@@ -41,7 +41,9 @@ def test_bins_keep_the_order_of_values_and_equal_values_together():
 def test_the_best_division_of_a_column_is_that_of_brute_force(seed):
     randomness = np.random.default_rng(seed)
     column = randomness.integers(0, 6, 14)
-    scores = np.where(randomness.random(14) < 0.7, 90.0 * ((column == 2) | (column == 3)), randomness.integers(0, 101, 14))
+    scores = np.where(
+        randomness.random(14) < 0.7, 90.0 * ((column == 2) | (column == 3)), randomness.integers(0, 101, 14)
+    )
     labels = labels_of(column[:, None], scores)
     evidence, chosen = labels.evidence(Person(5.0, 0.03)), np.array([0, 2, 3, 5, 6, 7, 9, 10, 11, 13])
     found = best_cuts(labels.binned, np.array([0]), chosen, evidence.terms, evidence)
@@ -55,7 +57,7 @@ def test_the_best_division_of_a_column_is_that_of_brute_force(seed):
     assert found.log_evidence[0] == pytest.approx(best)
     parts = found.cuts[0].parts(labels.binned, chosen)
     assert sorted(np.concatenate(parts).tolist()) == chosen.tolist()
-    assert all(column[low].max() < column[high].min() for low, high in zip(parts, parts[1:], strict=False))
+    assert all(column[low].max() < column[high].min() for low, high in pairwise(parts))
 
 
 def described(tree: ScoreTree, labels: Labels, growth: TreeGrowth, used: list[int]) -> float:
@@ -78,7 +80,9 @@ def described(tree: ScoreTree, labels: Labels, growth: TreeGrowth, used: list[in
 def test_the_total_of_a_tree_is_its_evidence_less_its_description(seed):
     randomness = np.random.default_rng(seed)
     values = np.column_stack([randomness.integers(0, 3, (90, 8)), randomness.random((90, 4))])
-    taste = np.where(values[:, 2] > 0, np.where(values[:, 9] > 0.4, 90.0, 20.0), np.where(values[:, 9] > 0.7, 60.0, 0.0))
+    taste = np.where(
+        values[:, 2] > 0, np.where(values[:, 9] > 0.4, 90.0, 20.0), np.where(values[:, 9] > 0.7, 60.0, 0.0)
+    )
     labels = labels_of(values, np.clip(taste + randomness.normal(0.0, 5.0, 90), 0.0, 100.0).round())
     growth = growth_of(labels)
     tree = growth.grown(labels.every)
@@ -96,7 +100,9 @@ def test_descriptions_of_small_trees_are_a_distribution():
         """Probability of all descriptions of a node whose divisions may use some columns."""
         total = np.exp(-NODE_PRICE)
         for column in free:
-            named = np.exp(-price - (np.log(2.0) if used else 0.0)) + (column in used) * np.exp(-np.log(2.0 * len(used)))
+            named = np.exp(-price - (np.log(2.0) if used else 0.0)) + (column in used) * np.exp(
+                -np.log(2.0 * len(used))
+            )
             bounds = np.exp(-np.log(2.0))
             below = probability([other for other in free if other != column], {*used, column}) ** 2
             total += np.exp(-NODE_PRICE) * min(named, 1.0) * bounds * below

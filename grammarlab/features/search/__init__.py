@@ -1,1 +1,0 @@
-"""Searches for features that explain scores."""
