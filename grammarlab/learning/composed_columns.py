@@ -68,18 +68,18 @@ def _ranks(columns: Floats) -> list[Ints]:
     return [rank if 2 * rank[0] <= rank.max() else rank.max() - rank for rank in ranks]
 
 
-def _flags(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Feature]]:
+def _flags(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Atom | Formula]]:
     """The different known columns of 0 and 1."""
     is_flag = ((known == 0.0) | (known == 1.0)).all(axis=0) & (np.ptp(known, axis=0) > 0.0)
-    is_flag &= np.array([isinstance(feature, Atom | Formula) for feature in features], dtype=bool)
     indices = np.flatnonzero(is_flag)
     # Opposite flags say the same.
     _, first = np.unique(np.abs(known[:, indices] - known[:1, indices]), axis=1, return_index=True)
-    indices = indices[np.sort(first)]
-    return known[:, indices], [features[index] for index in indices.tolist()]
+    flags = [(index, features[index]) for index in indices[np.sort(first)].tolist()]
+    readable = [(index, feature) for index, feature in flags if isinstance(feature, Atom | Formula)]
+    return known[:, [index for index, _ in readable]], [feature for _, feature in readable]
 
 
-def _formula(vote: Vote, features: Sequence[Feature]) -> Formula:
+def _formula(vote: Vote, features: Sequence[Atom | Formula]) -> Atom | Formula:
     signed = [
         features[flag] if sign > 0 else Formula.of("not", features[flag])
         for flag, sign in zip(vote.flags, vote.signs, strict=True)

@@ -49,7 +49,7 @@ class Elements:
 
         Args:
             forests: the models.
-            readers: branches that use some of the draws (`grammarlab.features.search.attribute_readers`).
+            readers: branches that use some of the draws (`grammarlab.tastes.attribute_readers`).
 
         Raises:
             UsageError: If the columns of a forest are not trees.

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from grammarlab.learning.column_growth import further, num_conflicts, path_length
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,7 +13,6 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, HalfSpace, Pattern, Sum, Total
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.column_growth import further, num_conflicts, path_length
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.settings import FeatureOptions
 

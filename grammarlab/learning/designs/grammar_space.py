@@ -38,6 +38,8 @@ from grammarlab.learning.designs.flattening import Flattened, flattened
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
 from grammarlab.scene.instances import realize
 from grammarlab.scene.triangles import leaf_of_triangle
+from grammarlab.tastes.attribute_readers import readers_of
+from grammarlab.tastes.basic_quantities import Elements, Readers
 from grammarlab.tastes.language import Candidates, candidates
 
 _BATCH_MODELS = 1_000
@@ -156,7 +158,12 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return Vocabulary.find(designs, options)
 
     def candidates(self, designs: Sequence[Forest]) -> Candidates:
-        return candidates(designs)
+        return candidates(Elements.of(designs, self._readers))
+
+    @cached_property
+    def _readers(self) -> Readers:
+        """Branches that read attributes."""
+        return readers_of(self.grammar)
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])

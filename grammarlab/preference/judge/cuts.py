@@ -58,7 +58,7 @@ class BinnedColumns:
 
 def _steps(ascending: Floats | Ints) -> Ints:
     """[n, C] index of each value among the different values of its column, which is ascending."""
-    return np.cumsum(np.diff(ascending, axis=0, prepend=ascending[:1]) > 0, axis=0)
+    return np.cumsum(np.diff(ascending, axis=0, prepend=ascending[:1]) > 0, axis=0, dtype=np.int64)
 
 
 class Cut(NamedTuple):

@@ -65,9 +65,8 @@ class UnexplainedScores:
         tables = np.where(is_halved[:, None], -_rising(2.0 * _alphas(depth), numbers), even)
         tables += _rising(_alphas(depth - 1), numbers) * (depth > 0)[:, None]
         members, same = np.unique(inside, axis=1, return_inverse=True)
-        summed = np.zeros((2, members.shape[1], len(numbers)))
-        np.add.at(summed, (slice(None), same.reshape(-1)), tables)
-        return cls(members.astype(np.float64), summed)
+        one_of = (same.reshape(-1) == np.arange(members.shape[1])[:, None]).astype(np.float64)
+        return cls(members.astype(np.float64), one_of @ tables)
 
     def log_evidence(self, counts: Floats | Ints) -> Floats:
         """[k] log-evidence of subsets with so many scores [k, T] in each part: sums of rows of `members`.

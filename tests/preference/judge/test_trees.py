@@ -25,6 +25,7 @@ def growth_of(labels, noise=5.0):
 def test_bins_keep_the_order_of_values_and_equal_values_together():
     randomness = np.random.default_rng(0)
     columns = np.column_stack([randomness.integers(0, 5, 200), randomness.random(200), randomness.integers(0, 40, 200)])
+    columns = columns.astype(np.float64)
     binned = BinnedColumns.of(columns)
     for column, codes, size in zip(columns.T, binned.codes, binned.sizes, strict=True):
         assert size <= MAX_BINS
