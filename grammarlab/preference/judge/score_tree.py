@@ -57,6 +57,11 @@ class ScoreTree:
         return own.union(*(part.columns for part in self.parts))
 
 
+def leaf_of(labels: Ints, evidence: LeafEvidence) -> ScoreTree:
+    """A tree that does not divide some labels."""
+    return ScoreTree(labels, evidence.of_labels(labels) - NODE_PRICE)
+
+
 @dataclass(frozen=True, eq=False)
 class TreeGrowth:
     """Labels and columns that trees grow from."""
@@ -85,7 +90,7 @@ class TreeGrowth:
         return [int(candidates[index]) for index in order.tolist() if np.isfinite(values[index])]
 
     def _grown(self, labels: Ints, used: frozenset[int], depth: int, root: int | None = None) -> ScoreTree:
-        leaf = ScoreTree(labels, self.evidence.of_labels(labels) - NODE_PRICE)
+        leaf = leaf_of(labels, self.evidence)
         if len(labels) < 2 or depth >= _MAX_DEPTH or np.ptp(self.scores[labels]) == 0.0:
             return leaf
         candidates = self._candidates(labels, used) if root is None else np.array([root])

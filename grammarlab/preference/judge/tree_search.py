@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.preference.cells.person_error import BLUNDERS, NOISES
 from grammarlab.preference.judge.labels import Explanation, Labels, Person
-from grammarlab.preference.judge.score_tree import NODE_PRICE, ScoreTree, TreeGrowth
+from grammarlab.preference.judge.score_tree import NODE_PRICE, ScoreTree, TreeGrowth, leaf_of
 from grammarlab.preference.judge.screening import gains
 from grammarlab.preference.judge.smooth_leaf import MAX_LABELS, SmoothLeaf
 
@@ -58,18 +58,21 @@ def best_tree(labels: Labels, persons: Sequence[Person]) -> BestTree:
         persons: errors that searches start with.
     """
     grown = [item for person in persons for item in _grown(labels, person)]
-    tried = set(persons)
+    tried, best = set(persons), max(grown, key=lambda item: item.total)
     for _ in range(_NUM_PERSONS):
-        best = max(grown, key=lambda item: item.total)
         likely = _most_likely(labels, best)
         if likely in tried:
             break
         tried.add(likely)
         grown += _grown(labels, likely)
+        best = max(grown, key=lambda item: item.total)
     different: dict[frozenset[int], Grown] = {}
     for item in sorted(grown, key=lambda item: -item.total):
         different.setdefault(item.tree.columns, item)
-    finished = [_with_smooth_leaves(labels, item) for item in list(different.values())[:_NUM_FINISHED]]
+    # A smooth function of all labels needs no division.
+    undivided = Grown(leaf_of(labels.every, labels.evidence(best.person)), best.person)
+    candidates = [*list(different.values())[:_NUM_FINISHED], undivided]
+    finished = [_with_smooth_leaves(labels, item) for item in candidates]
     return max(finished, key=lambda item: item.explanation.total)
 
 

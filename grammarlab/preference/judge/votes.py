@@ -1,7 +1,8 @@
 """Columns that join flags: how many of a few hold, either of two but not both, an odd number of several.
 
 There are too many to make them all, so the scores choose: pairs by one product of matrices, numbers of flags by a beam,
-odd numbers by bits. The price of each is that of its choice among all.
+odd numbers of more flags as bits (`grammarlab.preference.judge.parities`). The price of each is that of its choice
+among all.
 """
 
 from __future__ import annotations
@@ -13,14 +14,20 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.preference.judge import parities
+from grammarlab.preference.judge.parities import odd_sets
 from grammarlab.preference.judge.screening import explained
 
 MAX_FLAGS = 5
 """Largest number of flags that are counted together."""
+_KINDS = float(np.log(3.0))
+"""Price of the kind of a vote: either of two, an odd number of several, or how many."""
 _BEAM = 12
 """Number of sums of flags that grow."""
 _NUM_PAIRS = 24
 """Number of pairs of flags, of which one but not both hold, that are kept."""
+_ODD_SIZES = parities.MAX_FLAGS - 2
+"""Number of sizes of larger odd sets."""
 _MAX_ODD = 1_000
 """Largest number of flags of which pairs are tried, those that are most even."""
 
@@ -35,7 +42,7 @@ class Vote(NamedTuple):
     odd: bool
     """Whether the column tells if the number is odd, instead of the number."""
     price: float
-    """Log of the number of such columns, in nats."""
+    """Log of the number of kinds of votes, of sizes, and of such columns, in nats."""
 
     def values(self, flags: Floats) -> Floats:
         """[n] the column, for flags [n, F]."""
@@ -53,7 +60,7 @@ def votes(flags: Floats, scores: Floats) -> list[Vote]:
     """
     if flags.shape[1] < 2 or not np.ptp(scores) > 0.0:
         return []
-    return [*_pairs(flags, scores), *_numbers(flags, scores)]
+    return [*_pairs(flags, scores), *_odd(flags, scores), *_numbers(flags, scores)]
 
 
 def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
@@ -65,9 +72,16 @@ def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
     products = (signs * centred[:, None]).T @ signs / np.sqrt(np.maximum(1.0 - means**2, 1e-6))
     first, second = np.triu_indices(len(even), 1)
     order = np.argsort(-np.abs(products[first, second]), kind="stable")[:_NUM_PAIRS]
-    price = float(np.log(comb(flags.shape[1], 2)))
+    price = _KINDS + float(np.log(comb(flags.shape[1], 2)))
     for index in order.tolist():
         yield Vote((int(even[first[index]]), int(even[second[index]])), (1, 1), True, price)
+
+
+def _odd(flags: Floats, scores: Floats) -> Iterator[Vote]:
+    """An odd number of several flags."""
+    for members in odd_sets(flags, scores > (scores.min() + scores.max()) / 2.0):
+        price = _KINDS + float(np.log(comb(flags.shape[1], len(members))) + np.log(_ODD_SIZES))
+        yield Vote(members, (1,) * len(members), True, price)
 
 
 def _numbers(flags: Floats, scores: Floats) -> Iterator[Vote]:
@@ -88,7 +102,7 @@ def _numbers(flags: Floats, scores: Floats) -> Iterator[Vote]:
                     found[frozenset((*members, flag))] = float(worth[flag])
         ranked = sorted(found, key=lambda members: (-found[members], sorted(members)))
         beam = [tuple(sorted(members)) for members in ranked[:_BEAM]]
-        price = float(np.log(comb(width, size)) + size * np.log(2.0))
+        price = _KINDS + float(np.log(comb(width, size)) + size * np.log(2.0) + np.log(MAX_FLAGS - 1))
         for members in beam:
             yield Vote(
                 tuple(member % width for member in members),

@@ -21,7 +21,9 @@ def columns(num, seed):
 
 
 def verdict_of(known, composed, scores):
-    return judged(known, composed, np.full(COMPOSED, np.log(2.0 * COMPOSED)), known[:, :40], scores)
+    return judged(
+        known, composed, np.full(COMPOSED, np.log(2.0 * COMPOSED)), known[:, : min(40, known.shape[1])], scores
+    )
 
 
 def noisy(values, noise, seed):
@@ -58,6 +60,12 @@ def test_flags_are_joined_where_scores_need_it():
     assert [(set(vote.flags), vote.odd) for vote in three.votes] == [({10, 11, 12, 13, 14}, False)]
     assert not either.accepted
     assert not three.accepted
+
+
+def test_an_odd_number_of_flags_is_seen():
+    known, composed = columns(96, seed=12)
+    odd = verdict_of(known[:, :16], composed, noisy(90.0 * (known[:, [1, 3, 8, 9, 12]].sum(axis=1) % 2), 10.0, seed=12))
+    assert [(set(vote.flags), vote.odd) for vote in odd.votes] == [({1, 3, 8, 9, 12}, True)]
 
 
 def test_scores_without_a_pattern_need_nothing():
@@ -112,6 +120,6 @@ def test_votes_count_flags_at_the_price_of_their_choice():
     numbers = [vote.values(flags) for vote in wanted]
     # The opposite flags count as well: the column is the number, or three less the number.
     assert any((number == held).all() or (number == 3.0 - held).all() for number in numbers)
-    assert wanted[0].price == pytest.approx(np.log(comb(12, 3) * 2**3))
+    assert wanted[0].price == pytest.approx(np.log(3 * 4 * comb(12, 3) * 2**3))
     assert votes(flags, np.full(96, 3.0, dtype=np.float64)) == []
     assert votes(flags[:, :1], 80.0 * flags[:, 0]) == []

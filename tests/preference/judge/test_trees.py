@@ -101,9 +101,8 @@ def test_descriptions_of_small_trees_are_a_distribution():
         """Probability of all descriptions of a node whose divisions may use some columns."""
         total = np.exp(-NODE_PRICE)
         for column in free:
-            named = np.exp(-price - (np.log(2.0) if used else 0.0)) + (column in used) * np.exp(
-                -np.log(2.0 * len(used))
-            )
+            named = np.exp(-price - (np.log(2.0) if used else 0.0))
+            named += 0.5 / len(used) if column in used else 0.0
             bounds = np.exp(-np.log(2.0))
             below = probability([other for other in free if other != column], {*used, column}) ** 2
             total += np.exp(-NODE_PRICE) * min(named, 1.0) * bounds * below
@@ -138,7 +137,7 @@ def test_a_line_adds_up_points_and_sees_through_clipping():
     scores = np.clip(points, 0.0, 100.0).round()
     line = best_line(columns, np.full(40, np.log(40.0)), scores, 3.0, 0.03)
     assert set(line.columns) == {3, 8, 20}
-    nothing = best_line(columns, np.full(40, np.log(40.0)), randomness.permutation(scores), 30.0, 0.03)
+    nothing = best_line(columns, np.full(40, np.log(40.0)), randomness.permutation(scores), 45.0, 0.03)
     assert nothing.columns == ()
 
 
