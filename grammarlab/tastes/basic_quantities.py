@@ -81,10 +81,9 @@ class Elements:
 
     @cached_property
     def numerals(self) -> Quantities:
-        """Numbers of things: those that a choice decides, from 1 on, then counts, of three values or more."""
-        both = joined([self.numbers, self.counts], self.num)
-        several = [len(np.unique(column)) >= _MIN_NUMERAL_VALUES for column in both.values.T]
-        return both.take(np.flatnonzero(several))
+        """Counts of three values or more: numbers of things."""
+        several = [len(np.unique(column)) >= _MIN_NUMERAL_VALUES for column in self.counts.values.T]
+        return self.counts.take(np.flatnonzero(several))
 
     @cached_property
     def flags(self) -> Quantities:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from grammarlab.features.columns.feature_table import FeatureTable
+from grammarlab.features.columns.plain_columns import feature_values
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address
@@ -69,15 +70,10 @@ class BitsSpace(AbstractDesignSpace[np.ndarray]):
     def vocabulary(self, designs, features):
         return Shown(BITS - 1 if features.path_length == 1 or self.blind else BITS)
 
-    def search(self, designs, scores, features):
-        return ()
-
     def values(self, designs, features):
         rows = np.concatenate([np.zeros((0, BITS)), *designs])
-        return rows[:, [int(feature.site.split()[1]) for feature in features if isinstance(feature, Draw)]]
-
-    def margins(self, designs, feature):
-        return None
+        columns = {f"bit {number}": rows[:, number] for number in range(BITS)}
+        return np.column_stack([rows[:, :0], *(feature_values(columns, feature) for feature in features)])
 
     def realize(self, addresses):
         raise AssertionError("nobody looks at bits")

@@ -111,6 +111,6 @@ def test_a_learned_comparison_reads_like_one():
     draws = [Draw("a"), Draw("b")]
     found = learn(grammar, lambda forest: 80.0 * (count(forest, draws) @ [1.0, 1.0] > 12.3), 64)
     (liked,), (disliked,) = found.predicted.words.likes, found.predicted.words.dislikes
-    assert re.fullmatch(r"a \+ b > 1[12](\.\d)? \(80\)", liked)
-    assert disliked == liked.replace(">", "at most").replace("80", "0")
+    assert re.fullmatch(r"a \+ b: from 1[12](\.\d)? \(80\)", liked)
+    assert disliked == liked.replace("from", "below").replace("80", "0")
     assert all(f"{name} (80)" == liked for name in found.names)

@@ -17,7 +17,8 @@ from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
 from grammarlab.scene.instances import Scene
-from grammarlab.tastes.language import Candidates
+from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.language import Candidates, candidates
 
 Designs = TypeVar("Designs")
 """A batch of n designs, in the representation of a space; for a grammar a `Forest`."""
@@ -123,8 +124,11 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
         """Columns that distinguish designs."""
 
     def candidates(self, designs: Sequence[Designs]) -> Candidates:
-        """What a person may like of designs beyond the vocabulary, with values for these designs and prices."""
-        return Candidates((), np.zeros((0, 0)), np.zeros(0))
+        """What a person may like about designs: columns of one language, each with a price, whatever the scores are.
+
+        Made of at most a few thousand designs; `values` has the candidates of others.
+        """
+        return candidates(Elements.of_columns({}, len(self.values(designs, ()))))
 
     @abstractmethod
     def values(self, designs: Sequence[Designs], features: Sequence[Feature]) -> Floats:

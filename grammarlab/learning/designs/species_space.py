@@ -22,6 +22,8 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace, Realiz
 from grammarlab.learning.designs.tree_columns import TreeBatch, TreeColumns, columns_of, relevant_names
 from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
 from grammarlab.randomness import Keys, root_keys
+from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.language import Candidates, candidates
 from grammarlab.trees.accepted_trees import accepted_rows, log_density, measured
 from grammarlab.trees.growth import expected_nodes, grow
 from grammarlab.trees.measures import MEASURES
@@ -141,6 +143,9 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
     def names(self) -> tuple[str, ...]:
         """Names of the parameters that differ between trees, and of the measures."""
         return relevant_names(self.species)
+
+    def candidates(self, designs: Sequence[TreeBatch]) -> Candidates:
+        return candidates(Elements.of_columns(columns_of(designs, self.names), sum(map(len, designs))))
 
     def values(self, designs: Sequence[TreeBatch], features: Sequence[Feature]) -> Floats:
         columns = columns_of(designs, [site for feature in features for site in sites_of(feature)])

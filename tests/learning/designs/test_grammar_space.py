@@ -10,7 +10,6 @@ import pytest
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.selection import select_models
 from grammarlab.errors import UsageError
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Sum, Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address
@@ -30,7 +29,6 @@ Box --> 50% : Red. else : Blue.
 Round --> 50% : Red. else : Blue.
 """
 SPACE = GrammarSpace(Grammar.parse(RULES), Path())
-BOUNDS = FeatureOptions(2, ("paths", "thresholds"))
 
 
 def round_blocks(forest):
@@ -108,32 +106,14 @@ def test_designs_are_realized_in_order():
     assert found == tops
 
 
-def test_bounds_on_draws_are_searched_for_where_the_families_say_so():
-    forest = SPACE.make([Address(False, 1, model) for model in range(200)])
-    height, width = (forest.draws.value[np.array([s.name == n for s in forest.sites])[forest.draws.site]] for n in "hw")
-    low, small = (np.where(liked, 100.0, 0.0) for liked in (height < 4.0, height * width < 20.0))
-    (bound, *_) = SPACE.search([forest], low, BOUNDS)
-    assert isinstance(bound, Threshold)
-    assert bound.bound == pytest.approx(4.0, abs=0.1)
-    assert SPACE.margins([forest], bound) == pytest.approx(height - bound.bound)
-    (product,) = SPACE.search([forest], small, BOUNDS)
-    assert isinstance(product, HalfSpace)
-    assert (product.logarithmic, np.exp(product.bound)) == (True, pytest.approx(20.0, rel=0.1))
-    assert SPACE.search([forest], low, FeatureOptions(2, ("paths",))) == ()
-
-
 def test_choices_of_many_branches_are_compared_like_random_numbers():
     steps = "".join(f"2% : {number} " for number in range(49)) + "else : 49"
     two = "50% : 1 else : 2"
     text = f"attr a = {steps}\nattr b = {steps}\nattr c = {two}\nattr d = {two}\nattr e = rand(9)\n"
     space = GrammarSpace(Grammar.parse(text + "Lot --> s(a + c, b + d, e) Box"))
-    forest = derive(space.program, 200, 1)
-    a, b = space.values([forest], [Draw("a"), Draw("b")]).T
-    table = space.vocabulary([forest], FeatureOptions(2, ("paths", "comparisons"))).apply([forest])
-    compared = {str(feature) for feature in table.features if isinstance(feature, HalfSpace)}
-    assert compared == {"a < b", "a < e", "b < e"}
-    joined = space.joined([forest], table, np.where(np.abs(a - b) < 6.0, 100.0, 0.0))
-    assert joined[Sum.of(("a", "b"), (1.0, -1.0))] > 0.0
+    formulas = {str(formula) for formula in space.candidates([derive(space.program, 200, 1)]).formulas}
+    assert {"$a - $b", "$a - $e", "$b - $e"} <= formulas
+    assert not {"$a - $c", "$c - $d", "$c - $e"} & formulas
 
 
 @pytest.mark.parametrize(
