@@ -30,17 +30,7 @@ from grammarlab.density.rounding import EXACT
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import GrammarlabError, InexactError
 from grammarlab.features.expression import Expression
-from grammarlab.features.patterns.pattern import (
-    Draw,
-    Feature,
-    Formula,
-    HalfSpace,
-    Pattern,
-    Present,
-    Sum,
-    Threshold,
-    Total,
-)
+from grammarlab.features.patterns.pattern import Draw, Feature, Formula, Pattern, Present, Threshold
 from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import Grammar
 
@@ -60,8 +50,6 @@ class Exactness:
 
     def reason_against(self, feature: Feature) -> str:
         """Reason why an exact grammar cannot express a feature; empty if it can."""
-        if isinstance(feature, Total):
-            return next(filter(None, (self.reason_against(term) for term, _ in feature.terms)), "")
         reads = read(Expression.of(feature))[0] if isinstance(feature, Formula) else (feature,)
         try:
             items = [_countable(item) for item in reads]
@@ -148,9 +136,7 @@ def _countable(item: Read) -> Reading | Threshold | Draw:
     if isinstance(item, Present):
         inner = _countable(item.feature)
         return replace(inner, cap=1) if isinstance(inner, Reading) else inner
-    if isinstance(item, HalfSpace | Sum):
-        raise InexactError(f"{item} joins several drawn numbers: an exact grammar can only cut each separately")
-    if isinstance(item, Total | Formula):
+    if isinstance(item, Formula):
         raise InexactError(f"{item} is a function of other features: give these, and the function in the preference")
     return Reading.of(item) if isinstance(item, Pattern) else item
 

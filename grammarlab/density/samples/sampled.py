@@ -42,7 +42,7 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import select_models
 from grammarlab.errors import InexactError, UsageError
 from grammarlab.features.patterns.conditions import patterns_of
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
+from grammarlab.features.patterns.pattern import Draw, Threshold
 
 Method: TypeAlias = Literal["parameters", "structure", "tied"]
 Header = Callable[[str], Sequence[str]]
@@ -280,9 +280,6 @@ class _Learner:
         for feature in self.target.features:
             if isinstance(feature, Threshold | Draw):
                 named.setdefault(feature.site, []).append(feature)
-            elif isinstance(feature, HalfSpace):
-                for site in feature.sites:
-                    named.setdefault(site, []).append(Draw(site))
         parts: list[AttributeParts] = []
         grammar = self.target.grammar
         for name, features in named.items():
@@ -306,7 +303,7 @@ class _Learner:
         counts = sparse.csr_array(sparse.vstack([data.counts[rows] for data, rows in chunks]))
         values = np.concatenate([data.values[rows] for data, rows in chunks])
         counted = [bool(patterns_of(feature)) for feature in target.features]
-        summed = [not isinstance(item, Draw | Threshold | HalfSpace) for item in target.reads]
+        summed = [not isinstance(item, Draw | Threshold) for item in target.reads]
         parts = dense(counts[:, min(self.choices.first_of_attribute, default=len(self.choices.original)) :])
         features = np.concatenate([(values * self.relevance)[:, counted], parts], axis=1)
         reads = np.concatenate([target.read(values)[:, summed], parts], axis=1)

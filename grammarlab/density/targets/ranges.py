@@ -21,7 +21,7 @@ from grammarlab.density.exact.attributes import drawn_range
 from grammarlab.density.exact.compile import Preference
 from grammarlab.density.exact.readings import Read
 from grammarlab.errors import InexactError
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
+from grammarlab.features.patterns.pattern import Draw, Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.syntax_tree import Stochastic, alternatives
 
@@ -102,8 +102,6 @@ def with_ranges(
 
 def _by_value(grammar: Grammar, read: Read) -> tuple[str, ...]:
     """The attributes that are read by their value."""
-    if isinstance(read, HalfSpace):
-        return read.sites if all(range_ends(grammar, name) for name in read.sites) else ()
     if isinstance(read, Draw) and read.branch is None:
         return (read.site,) if range_ends(grammar, read.site) or _num_branches(grammar, read.site) else ()
     return ()
@@ -174,9 +172,4 @@ class _Means:
     def _value(self, read: Read, values: Floats, drawn: dict[str, Floats]) -> Floats:
         if isinstance(read, Draw) and read.branch is None and read.site in drawn:
             return drawn[read.site]
-        if isinstance(read, HalfSpace) and drawn.keys() >= set(read.sites):
-            columns = np.stack([drawn[site] for site in read.sites], axis=1)
-            if read.logarithmic:
-                columns = np.log(np.where(columns > 0.0, columns, np.nan))
-            return (columns @ np.array(read.weights) < read.bound).astype(np.float64)
         return values[:, self.new_reads.index(read)]

@@ -3,28 +3,18 @@
 A branch of a rule is named after a successor that no other branch has, or after the number of a successor
 if every branch has a different number; otherwise after its percentage, with the line if two percentages are equal, or
 after the line alone if percentages differ between models: those of proposals are not those in the text.
-
-Half-spaces of draws are comparisons (``a > b``, ``a + b > 12.3``, ``a * b at most 12``), and totals of equal choices
-are equalities (``same choice at Tower > Block@0 and Tower > Block@1``).
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable
 from functools import cache
 
-import numpy as np
-
-from grammarlab.arrays import Floats
 from grammarlab.features.columns.column_keys import Meaning, Steps
 from grammarlab.features.patterns.node_labels import Key, NodeLabels
-from grammarlab.features.patterns.pattern import Below, Draw, Feature, HalfSpace, Pattern, Present, Total
-
-_NEGLIGIBLE_SHARE = 0.01
-"""Share of the range of a sum below which its bound is written as 0; bounds found by few scores are not more exact."""
+from grammarlab.features.patterns.pattern import Feature, Present
 
 
 class ColumnNames:
@@ -130,99 +120,3 @@ class ColumnNames:
     def _percentage(self, label: int) -> str:
         chance = self._labels.chances[label]
         return "" if math.isnan(chance) or chance >= 1.0 else f"{100.0 * chance:.3g}%"
-
-
-def comparison(space: HalfSpace, spread: float = 0.0, *, holds: bool = True) -> str:
-    """A half-space, or its complement, with the first draw on the left and rounded numbers.
-
-    Args:
-        space: the half-space.
-        spread: range of the weighted sum (`spread_of`); 0 if it is unknown.
-        holds: whether designs are in the half-space.
-
-    >>> space = HalfSpace(("a", "b"), (-1.0, 1.0), -0.0013)
-    >>> comparison(space, 20.0), comparison(space, 20.0, holds=False)
-    ('a > b', 'a at most b')
-    >>> comparison(HalfSpace(("a", "b"), (1.0, 0.5), 12.3014), 15.0)
-    'a + 0.5 b < 12.3'
-    """
-    sign = float(np.sign(space.weights[0]))
-    terms = [(site, sign * weight) for site, weight in zip(space.sites, space.weights, strict=True)]
-    left_terms = [(site, weight) for site, weight in terms if weight > 0.0]
-    right_terms = [(site, -weight) for site, weight in terms if weight < 0.0]
-    bound = 0.0 if abs(space.bound) < _NEGLIGIBLE_SHARE * spread else sign * space.bound
-    side = _product if space.logarithmic else _sum
-    relation = (("at least", "<") if sign > 0.0 else ("at most", ">"))[holds]
-    return f"{side(left_terms, 0.0)} {relation} {side(right_terms, bound)}"
-
-
-def spread_of(space: HalfSpace, features: Sequence[Feature], values: Floats) -> float:
-    """Range of the weighted sum of a half-space over designs, as if its draws were independent.
-
-    Args:
-        space: the half-space.
-        features: [F] features of the designs, such as its draws; other draws count 0.
-        values: [n, F] their values.
-    """
-    columns = {feature.site: column for column, feature in enumerate(features) if isinstance(feature, Draw)}
-    total = 0.0
-    for site, weight in zip(space.sites, space.weights, strict=True):
-        drawn = values[:, columns[site]] if site in columns else np.zeros(0)
-        drawn = np.log(drawn[drawn > 0.0]) if space.logarithmic else drawn
-        total += abs(weight) * float(np.ptp(drawn)) if len(drawn) else 0.0
-    return total
-
-
-def equality(total: Total) -> str:
-    """What a total says that counts choices made alike; empty for other totals.
-
-    >>> from grammarlab.features.patterns.pattern_text import parse
-    >>> equality(Total(((parse("Tower[Block@0:0, Block@1:0]"), 1), (parse("Tower[Block@0:1, Block@1:1]"), 1))))
-    'same choice at Tower > Block@0 and Tower > Block@1'
-    >>> equality(Total(((parse("*[Block > A:0 + Block > A:0]"), 1), (parse("*[Block > A:2 + Block > A:2]"), 1))))
-    'adjacent Block with the same choice at A'
-    >>> equality(Total(((parse("Tower:0"), 1), (parse("Tower:1"), 1))))
-    ''
-    """
-    patterns = [feature for feature, weight in total.terms if isinstance(feature, Pattern) and weight == 1]
-    bare = {_without_branch(pattern) for pattern in patterns}
-    if len(patterns) < max(len(total.terms), 2) or len(bare) != 1:
-        return ""
-    pattern = bare.pop()
-    match pattern.below:
-        case (Below(run=(_,)) as first, Below(run=(_,)) as second):
-            return f"same choice at {_location(pattern, first)} and {_location(pattern, second)}"
-        case (Below(run=(first, second)),) if first == second:
-            inner = f" at {first.below[0].run_text()}" if first.below else ""
-            return f"adjacent {first.symbol or 'parts'} with the same choice{inner}"
-        case _:
-            return ""
-
-
-def _product(terms: Sequence[tuple[str, float]], logarithm: float) -> str:
-    """Product of powers, and of a factor that is given by its logarithm."""
-    powers = [_with_number(site, weight, "{site}^{number}") for site, weight in terms]
-    factor = [] if powers and logarithm == 0.0 else [f"{np.exp(logarithm):.3g}"]
-    return " * ".join([*factor, *powers])
-
-
-def _with_number(site: str, weight: float, form: str) -> str:
-    number = f"{weight:.3g}"
-    return site if number == "1" else form.format(number=number, site=site)
-
-
-def _sum(terms: Sequence[tuple[str, float]], constant: float) -> str:
-    text = " + ".join(_with_number(site, weight, "{number} {site}") for site, weight in terms)
-    if not text:
-        return f"{constant:.3g}"
-    return text if constant == 0.0 else f"{text} {'-' if constant < 0.0 else '+'} {abs(constant):.3g}"
-
-
-def _without_branch(pattern: Pattern) -> Pattern:
-    """A pattern without the branch of its lowest nodes."""
-    below = tuple(replace(condition, run=tuple(map(_without_branch, condition.run))) for condition in pattern.below)
-    return replace(pattern, below=below, branch=pattern.branch if below else None)
-
-
-def _location(top: Pattern, below: Below) -> str:
-    return below.run_text() if below.deep else str(replace(top, below=(below,)))

@@ -2,17 +2,7 @@
 
 from __future__ import annotations
 
-from grammarlab.features.patterns.pattern import (
-    Draw,
-    Feature,
-    Formula,
-    HalfSpace,
-    Pattern,
-    Present,
-    Sum,
-    Threshold,
-    Total,
-)
+from grammarlab.features.patterns.pattern import Draw, Feature, Formula, Pattern, Present, Threshold
 
 
 def at_least(feature: Feature, bound: float) -> str:
@@ -21,22 +11,12 @@ def at_least(feature: Feature, bound: float) -> str:
     >>> at_least(Pattern("Block", branch=(0,)), 2.0), at_least(Threshold("height", 3.5), 1.0)
     ('{Block:0} >= 2', '$height < 3.5')
     """
-    if isinstance(feature, HalfSpace):
-        return _inside(feature)
     if isinstance(feature, Threshold):
         # For a name that is drawn once; if it is drawn several times, this is the mean of the draws.
         return f"${feature.site} < {_number(feature.bound)}"
     if isinstance(feature, Present):
         return f"{_read(feature.feature)} != 0"
-    match feature:
-        case Sum():
-            value = _sum(feature)
-        case Total(terms):
-            value = " + ".join(f"{weight} * {_counted(counted)}" for counted, weight in terms)
-        case Formula():
-            value = f"({feature})"
-        case _:
-            value = _read(feature)
+    value = f"({feature})" if isinstance(feature, Formula) else _read(feature)
     return f"{value} >= {_number(bound)}"
 
 
@@ -49,10 +29,6 @@ def sites_of(feature: Feature) -> tuple[str, ...]:
     match feature:
         case Draw(site) | Threshold(site):
             return (site,)
-        case HalfSpace(sites):
-            return sites
-        case Sum(terms):
-            return tuple(term.site for term in terms)
         case Formula():
             return tuple(dict.fromkeys(site for read in feature.features for site in sites_of(read)))
         case _:
@@ -74,29 +50,6 @@ def _read(feature: Pattern | Draw) -> str:
     if isinstance(feature, Pattern):
         return f"{{{feature}}}"
     return f"${feature.site}" if feature.branch is None else f"${feature.site}:{feature.branch}"
-
-
-def _counted(feature: Pattern | Present | Draw) -> str:
-    return f"({_read(feature.feature)} != 0)" if isinstance(feature, Present) else _read(feature)
-
-
-def _sum(feature: Sum) -> str:
-    terms = []
-    for term in feature.terms:
-        value = f"log(${term.site})" if feature.logarithmic else f"${term.site}"
-        used = " + ".join(f"{{{pattern}}}" for pattern in term.readers)
-        times = " + ".join(f"{_number(weight)} * {{{pattern}}}" for pattern, weight in term.times)
-        factors = [_number(term.weight), value] + [f"({times})"] * bool(times) + [f"({used} > 0)"] * bool(used)
-        terms.append(" * ".join(factors))
-    return " + ".join(terms)
-
-
-def _inside(space: HalfSpace) -> str:
-    # A draw that is not above 0 has no logarithm, and is not inside.
-    positive = [f"${site} > 0" for site in space.sites] if space.logarithmic else []
-    return " and ".join(
-        [*positive, f"{_sum(Sum.of(space.sites, space.weights, space.logarithmic))} < {_number(space.bound)}"]
-    )
 
 
 def _number(value: float) -> str:

@@ -18,7 +18,7 @@ array([[3., 1., 0., 3., 0.],
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,18 +26,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.operations import evaluate
-from grammarlab.features.patterns.pattern import (
-    Below,
-    Draw,
-    Feature,
-    Formula,
-    HalfSpace,
-    Pattern,
-    Present,
-    Sum,
-    Threshold,
-    Total,
-)
+from grammarlab.features.patterns.pattern import Below, Draw, Feature, Formula, Pattern, Present, Threshold
 from grammarlab.features.patterns.tree_index import Trees
 
 MAX_EMBEDDINGS = float(2**31)
@@ -88,12 +77,6 @@ class _Counter:
             case Draw(site=site):
                 total, number = self._draws(site)
                 return total / np.maximum(number, 1.0)
-            case HalfSpace():
-                return self._half_space(feature)
-            case Sum():
-                return self._sum(feature)
-            case Total(terms=terms):
-                return self._weighted(terms)
             case Formula():
                 columns = {read: self.per_model(read) for read in feature.features}
                 return evaluate(feature.steps, columns, self.trees.num_models)
@@ -107,33 +90,6 @@ class _Counter:
         rows = self.trees.draw_rows(site)
         models = self.trees.draw_model[rows]
         return self._total(models, self.trees.forest.draws.value[rows]), self._total(models)
-
-    def _half_space(self, space: HalfSpace) -> Floats:
-        columns = np.stack([self.per_model(Draw(site)) for site in space.sites], axis=1)
-        if space.logarithmic:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                columns = np.log(columns)
-        with np.errstate(invalid="ignore"):
-            inside = columns @ np.array(space.weights) < space.bound
-        return (inside & np.isfinite(columns).all(axis=1)).astype(np.float64)
-
-    def _sum(self, feature: Sum) -> Floats:
-        total = np.zeros(self.trees.num_models)
-        for term in feature.terms:
-            column = self.per_model(Draw(term.site))
-            if feature.logarithmic:
-                column = np.log(np.where(column > 0.0, column, 1.0))
-            if term.readers:
-                column = np.where(self._weighted((pattern, 1.0) for pattern in term.readers) > 0.0, column, 0.0)
-            if term.times:
-                column = column * self._weighted(term.times)
-            total += term.weight * column
-        return total
-
-    def _weighted(self, counted: Iterable[tuple[Feature, float]]) -> Floats:
-        """[models] weighted sum of counts."""
-        none = np.zeros(self.trees.num_models)
-        return sum((weight * self.per_model(feature) for feature, weight in counted), none)
 
     def _total(self, models: NDArray[np.integer], weights: Floats | None = None) -> Floats:
         return np.bincount(models, weights=weights, minlength=self.trees.num_models).astype(np.float64)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,27 +98,6 @@ class Draw:
 
 
 @dataclass(frozen=True, slots=True)
-class HalfSpace:
-    """1 in models where a weighted sum of draws is below a bound, else 0.
-
-    With ``logarithmic`` it is a sum of logarithms, so that products and quotients have a bound: width * depth * height.
-    """
-
-    sites: tuple[str, ...]
-    weights: tuple[float, ...]
-    bound: float
-    logarithmic: bool = False
-    """A draw that is not above 0 fails the condition."""
-
-    def __str__(self) -> str:
-        if self.weights == (1.0, -1.0) and self.bound == 0.0:
-            return " < ".join(self.sites)
-        sites = [f"log({site})" if self.logarithmic else site for site in self.sites]
-        terms = [f"{weight:.4g} {site}" for weight, site in zip(self.weights, sites, strict=True)]
-        return f"{' + '.join(terms)} < {self.bound:.6g}"
-
-
-@dataclass(frozen=True, slots=True)
 class Present:
     """1 if a pattern occurs in a model, otherwise 0: for patterns that geometry repeats, such as windows."""
 
@@ -126,75 +105,6 @@ class Present:
 
     def __str__(self) -> str:
         return f"{self.feature} present"
-
-
-class Term(NamedTuple):
-    """A part of a sum: the weighted draws of one name."""
-
-    site: str
-    weight: float
-    readers: tuple[Pattern, ...] = ()
-    """Branches that use the draw; a model uses it if it has one of them. Empty if all models use it."""
-    times: tuple[tuple[Pattern, float], ...] = ()
-    """Patterns with weights; the weighted sum of their counts multiplies the draw, as floors multiply their height.
-    Empty for once."""
-
-    def __str__(self) -> str:
-        return f"{self.site}{self._times_text()}{' where used' if self.readers else ''}"
-
-    def _times_text(self) -> str:
-        if not self.times:
-            return ""
-        symbols = {pattern.symbol for pattern, _ in self.times}
-        if len(symbols) == 1 and all(pattern.branch == (weight,) for pattern, weight in self.times):
-            return f" * (choice 0 to {self.times[-1][1]:g} of {self.times[0][0].symbol})"
-        return f" * ({' + '.join(f'{_factor(weight)}{pattern}' for pattern, weight in self.times)})"
-
-
-@dataclass(frozen=True, slots=True)
-class Sum:
-    """A weighted sum of draws, or of their logarithms; a draw that a model does not use adds 0."""
-
-    terms: tuple[Term, ...]
-    logarithmic: bool = False
-    """The logarithm of a draw that is not above 0 adds 0."""
-
-    @classmethod
-    def of(cls, sites: Sequence[str], weights: Sequence[float], logarithmic: bool = False) -> Sum:
-        """A sum of draws that all models use once."""
-        return cls(tuple(Term(site, weight) for site, weight in zip(sites, weights, strict=True)), logarithmic)
-
-    def __str__(self) -> str:
-        text = ""
-        for term in self.terms:
-            name = str(term._replace(site=f"log({term.site})")) if self.logarithmic else str(term)
-            sign = "-" if term.weight < 0.0 else "+" if text else ""
-            text += f" {sign} " if text else sign
-            text += f"{_factor(abs(term.weight))}{name}"
-        return text
-
-
-@dataclass(frozen=True, slots=True)
-class Total:
-    """A sum and difference of counts."""
-
-    terms: tuple[tuple[Pattern | Present | Draw, int], ...]
-    """Counted features, choices of draws included, and their weights."""
-
-    def __str__(self) -> str:
-        return self.text([str(feature) for feature, _ in self.terms])
-
-    def text(self, names: Sequence[str]) -> str:
-        """The total with other names for its terms."""
-        signed = [
-            f"{'-' if weight < 0 else '+'} {_factor(abs(weight))}{name}"
-            for (_, weight), name in zip(self.terms, names, strict=True)
-        ]
-        return " ".join(signed).removeprefix("+ ")
-
-
-def _factor(weight: float) -> str:
-    return "" if weight == 1.0 else f"{weight:.4g} "
 
 
 Atom: TypeAlias = Pattern | Threshold | Draw
@@ -325,4 +235,4 @@ def _number(value: float) -> str:
     return repr(value).removesuffix(".0")
 
 
-Feature: TypeAlias = Pattern | Threshold | Draw | HalfSpace | Present | Sum | Total | Formula
+Feature: TypeAlias = Pattern | Threshold | Draw | Present | Formula

@@ -12,17 +12,7 @@ from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest, RuleName, Site
 from grammarlab.errors import UsageError, check_type
 from grammarlab.features.patterns import counts
-from grammarlab.features.patterns.pattern import (
-    Draw,
-    Feature,
-    Formula,
-    HalfSpace,
-    Pattern,
-    Present,
-    Sum,
-    Threshold,
-    Total,
-)
+from grammarlab.features.patterns.pattern import Draw, Feature, Formula, Pattern, Present, Threshold
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.features.patterns.tree_index import Trees
 
@@ -82,29 +72,17 @@ def _remarks(
 ) -> Iterator[str]:
     """Messages about a feature; empty texts if it is valid."""
     match feature:
-        case Present() | Total() | Formula():
-            for inner in _inner(feature):
+        case Present(inner):
+            yield from _remarks(inner, symbols, rules, sites)
+        case Formula():
+            for inner in feature.features:
                 yield from _remarks(inner, symbols, rules, sites)
         case Pattern():
             yield from (_pattern_remark(node, symbols, rules) for node in _nodes(feature))
-        case HalfSpace():
-            yield from (_site_remark(site, None, sites) for site in feature.sites)
-        case Sum():
-            for term in feature.terms:
-                yield _site_remark(term.site, None, sites)
-                for pattern in (*term.readers, *(pattern for pattern, _ in term.times)):
-                    yield from _remarks(pattern, symbols, rules, sites)
         case Threshold():
             yield _site_remark(feature.site, None, sites)
         case Draw():
             yield _site_remark(feature.site, feature.branch, sites)
-
-
-def _inner(feature: Present | Total | Formula) -> Sequence[Feature]:
-    """The features that a feature is a function of."""
-    if isinstance(feature, Formula):
-        return feature.features
-    return (feature.feature,) if isinstance(feature, Present) else [term for term, _ in feature.terms]
 
 
 def _pattern_remark(node: Pattern, symbols: Sequence[str], rules: Sequence[RuleName]) -> str:

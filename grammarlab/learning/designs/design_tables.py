@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Generic
@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.features.columns.column_names import comparison, equality, spread_of
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.columns.formula_names import formula_words
-from grammarlab.features.patterns.pattern import Feature, Formula, HalfSpace, Total
+from grammarlab.features.patterns.pattern import Feature, Formula
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs
 from grammarlab.learning.designs.pool import PoolDesigns
@@ -137,7 +136,7 @@ class DesignTables(Generic[Designs]):
         pool = [self._searched(feature)[0] for feature in columns.extra]
         elsewhere = self._elsewhere(columns.elsewhere)
         rows, num_pool = base.rows(), len(self.pool_designs.pool)
-        first, names = len(base.group_names), _names(columns.extra, base, rows * base.scales)
+        first, names = len(base.group_names), _names(columns.extra, base)
         outside = self._extended(rows[num_pool:], elsewhere, columns.extra)
         return DesignTable(
             columns=columns,
@@ -181,21 +180,11 @@ def _priors(base: FeatureTable, prices: tuple[float, ...]) -> Floats | None:
     return np.append(known, np.minimum(len(base.group_names) * np.exp(-np.array(prices)), 1.0))
 
 
-def _names(features: Sequence[Feature], base: FeatureTable, values: Floats) -> tuple[str, ...]:
+def _names(features: Sequence[Feature], base: FeatureTable) -> tuple[str, ...]:
     """Readable names of features composed of others; their text if another column has the same name."""
     base_names = dict(zip(base.features, base.names, strict=True))
-    texts = [_words(feature, base_names, base, values) for feature in features]
+    texts = [
+        formula_words(feature, base_names) if isinstance(feature, Formula) else str(feature) for feature in features
+    ]
     occurrences = Counter((*base.names, *texts))
     return tuple(str(feature) if occurrences[text] > 1 else text for feature, text in zip(features, texts, strict=True))
-
-
-def _words(feature: Feature, base_names: Mapping[Feature, str], base: FeatureTable, values: Floats) -> str:
-    match feature:
-        case HalfSpace():
-            return comparison(feature, spread_of(feature, base.features, values))
-        case Total(terms):
-            return equality(feature) or feature.text([base_names.get(term, str(term)) for term, _ in terms])
-        case Formula():
-            return formula_words(feature, base_names)
-        case _:
-            return str(feature)

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.features.columns.column_names import comparison, spread_of
-from grammarlab.features.patterns.pattern import HalfSpace
+from grammarlab.features.columns.formula_names import formula_words
+from grammarlab.features.patterns.pattern import Apply, Formula
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.preference.base import MAX_SCORE
@@ -41,6 +41,8 @@ _MAX_RARITY = 400
 """Smallest share of designs of a kind: one in 400."""
 _INTEGER_TOLERANCE = 1e-9
 """Relative tolerance of whole numbers after logarithm and exponential."""
+_NEGLIGIBLE_SHARE = 0.01
+"""Share of the range of a difference below which its bound is 0 in words; bounds of few scores are not more exact."""
 _MIN_LIKED_POINTS = 1.0
 """Smallest highest score of a kind in points; below it nothing is liked."""
 
@@ -165,7 +167,7 @@ class _ColumnWords:
     """Words for conditions on columns."""
 
     def __init__(self, table: DesignTable, rows: Floats) -> None:
-        self.table, self.rows = table, rows
+        self.table = table
         self.is_integer = ~table.continuous
         if table.logarithmic is not None:
             self.is_integer |= table.logarithmic & (np.abs(rows - np.rint(rows)) <= _INTEGER_TOLERANCE * rows).all(
@@ -203,10 +205,23 @@ class _ColumnWords:
 
     def condition(self, interval: _Range) -> str:
         """One condition."""
-        column, name, feature = interval.column, self.table.names[interval.column], self.table.features[interval.column]
-        if isinstance(feature, HalfSpace):
-            return comparison(feature, spread_of(feature, self.table.features, self.rows), holds=interval.low > 0.0)
+        column, name = interval.column, self.table.names[interval.column]
+        if compared := self._comparison(interval):
+            return compared
         return " ".join(self._choice(name, interval) if self._is_choice(column) else self._amount(name, interval))
+
+    def _comparison(self, interval: _Range) -> str:
+        """What a bound near 0 on a difference says: ``a below b``; empty for other conditions."""
+        column, feature = interval.column, self.table.features[interval.column]
+        spread = self.highest[column] - self.lowest[column]
+        bounds = [bound for bound in (interval.low, interval.high) if np.isfinite(bound)]
+        if not isinstance(feature, Formula) or len(bounds) != 1 or abs(bounds[0]) >= _NEGLIGIBLE_SHARE * spread:
+            return ""
+        *terms, difference = feature.steps
+        if not isinstance(difference, Apply) or difference.operation != "-" or self.is_integer[column]:
+            return ""
+        compared = Apply(">=" if np.isfinite(interval.low) else "<", difference.operands)
+        return formula_words(Formula((*terms, compared)), dict(zip(self.table.features, self.table.names, strict=True)))
 
     def _is_choice(self, column: int) -> bool:
         """Whether a column is a property that designs have or not: its values are 0 and 1."""

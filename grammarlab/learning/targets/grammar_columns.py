@@ -12,7 +12,7 @@ from grammarlab.density.exact.compile import Exactness
 from grammarlab.density.targets.ranges import range_ends
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.conditions import at_least
-from grammarlab.features.patterns.pattern import Draw, Feature, Sum, Threshold
+from grammarlab.features.patterns.pattern import Draw, Feature, Threshold
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.simplification import Predicted
@@ -51,59 +51,26 @@ class GrammarColumns:
         pool = table.rows[: sum(forest.num_models for forest in batches)] * table.scales
         draws = tuple(Draw(name) for name in space.grammar.attributes if range_ends(space.grammar, name))
         values = space.values(batches, draws)
-        sums = combinations(values, tuple(draw.site for draw in draws), predicted.scores)
         new = [number for number, draw in enumerate(draws) if draw not in table.features]
-        features = (*table.features, *(draws[number] for number in new), *(total for total, _ in sums))
-        columns = [_with_integers(pool), values[:, new], *(column[:, None] for _, column in sums)]
-        added = [*(str(draws[number]) for number in new), *(str(total) for total, _ in sums)]
+        features = (*table.features, *(draws[number] for number in new))
         highest = predicted.shares.max(initial=0.0)
         return cls(
-            np.concatenate(columns, axis=1),
+            np.concatenate([_with_integers(pool), values[:, new]], axis=1),
             features,
-            (*table.names, *added),
+            (*table.names, *(str(draws[number]) for number in new)),
             np.append(predicted.shares, np.full(len(features) - len(table.features), highest)),
             np.array([not exactness.reason_against(_bound_feature(feature)) for feature in features], dtype=bool),
         )
 
     @property
     def order(self) -> Ints:
-        """Candidate columns: exactly expressible ones first, then by share, patterns of few symbols first.
-
-        Bounds found by a search are left out if the draw itself is a column, since its bounds can be round.
-        """
+        """Columns: exactly expressible ones first, then by share, patterns of few symbols first."""
         length = np.array([len(str(feature)) for feature in self.features], dtype=np.int64)
-        drawn = {feature.site for feature in self.features if isinstance(feature, Draw) and feature.branch is None}
-        is_candidate = [not (isinstance(feature, Threshold) and feature.site in drawn) for feature in self.features]
-        order = np.lexsort((length, -self.shares, ~self.exact)).astype(np.int64)
-        return order[np.array(is_candidate, dtype=bool)[order]]
+        return np.lexsort((length, -self.shares, ~self.exact)).astype(np.int64)
 
     def text(self, preference: SimplifiedPreference) -> str:
         """A function of the columns as an expression over the features."""
         return preference.text(lambda column, bound: at_least(self.features[column], bound))
-
-
-def combinations(values: Floats, sites: tuple[str, ...], scores: Floats) -> list[tuple[Sum, Floats]]:
-    """Weighted sums of draws, or of their logarithms, that correlate with scores, and their values [m].
-
-    Args:
-        values: [m, S] draws.
-        sites: [S] their names.
-        scores: [m] >= 0.
-    """
-    sums: list[tuple[Sum, Floats]] = []
-    kinds = [(False, values), (True, np.log(values))] if (values > 0.0).all() else [(False, values)]
-    for logarithmic, columns in kinds if len(sites) > 1 else []:
-        centred = columns - columns.mean(axis=0)
-        weights = np.linalg.lstsq(centred, np.sqrt(scores) - np.sqrt(scores).mean(), rcond=None)[0]
-        largest = np.abs(weights).max() or 1.0
-        # Weights of 1 and -1 first: of equivalent sums, trees use the first one.
-        trials = {tuple(np.round(weights / largest, digits).tolist()) for digits in (0, 1)}
-        for trial in sorted(trials, key=lambda trial: (any(weight % 1.0 for weight in trial), trial)):
-            used = [i for i, weight in enumerate(trial) if weight]
-            if len(used) > 1:
-                together = Sum.of([sites[i] for i in used], [trial[i] for i in used], logarithmic)
-                sums.append((together, columns @ np.array(trial)))
-    return sums
 
 
 def _bound_feature(feature: Feature) -> Feature:

@@ -5,7 +5,7 @@ import pytest
 from grammarlab.density.exact.compile import Exactness, compile_density
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import InexactError
-from grammarlab.features.patterns.pattern import HalfSpace, Present, Sum, Threshold, Total
+from grammarlab.features.patterns.pattern import Draw, Formula, Present, Threshold
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 
@@ -21,7 +21,14 @@ ROUND, LOT, BAY = parse("A:0"), parse("Lot:1"), parse("Bay")
 
 @pytest.mark.parametrize(
     "feature",
-    [ROUND, Present(ROUND), Threshold("width", 4.0), Total(((ROUND, 1), (LOT, -2))), Total(((Present(ROUND), 1),))],
+    [
+        ROUND,
+        Present(ROUND),
+        Threshold("width", 4.0),
+        Formula.of("-", ROUND, Formula.of("*", 2.0, LOT)),
+        Formula.of("!=", ROUND, 0.0),
+        Formula.of("and", Threshold("width", 4.0), LOT),
+    ],
     ids=str,
 )
 def test_counts_of_choices_and_bounds_on_a_draw_are_exact(feature):
@@ -32,9 +39,9 @@ def test_counts_of_choices_and_bounds_on_a_draw_are_exact(feature):
     "feature",
     [
         BAY,
-        Total(((ROUND, 1), (BAY, 1))),
-        Sum.of(("width", "depth"), (1.0, 1.0)),
-        HalfSpace(("width", "depth"), (1.0, -1.0), 0.0),
+        Formula.of("+", ROUND, BAY),
+        Formula.of("+", Draw("width"), Draw("depth")),
+        Formula.of("<", Draw("width"), Draw("depth")),
     ],
     ids=str,
 )
@@ -42,8 +49,8 @@ def test_numbers_that_geometry_decides_and_sums_of_draws_are_not(feature):
     assert EXACTNESS.reason_against(feature)
 
 
-def test_a_total_is_compiled_by_its_terms():
+def test_a_formula_is_compiled_by_what_it_reads():
     with pytest.raises(InexactError, match="a function of other features"):
-        compile_density(GRAMMAR, [Total(((ROUND, 1), (LOT, 1)))], lambda values: values[:, 0])
+        compile_density(GRAMMAR, [Formula.of("+", ROUND, LOT)], lambda values: values[:, 0])
     learned = compile_density(GRAMMAR, [ROUND, LOT], lambda values: values.sum(axis=1) % 2.0)
     assert learned.mean_preference == pytest.approx(0.5)

@@ -8,7 +8,7 @@ from grammarlab.density.targets.ranges import even_cuts, range_ends, with_ranges
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import InexactError
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Threshold
+from grammarlab.features.patterns.pattern import Draw, Threshold
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.divergence import jensen_shannon
 from tests.density.samples.test_sampled import score
@@ -71,9 +71,8 @@ def test_a_sum_of_numbers_is_followed_in_ranges_with_the_reason(base):
     assert np.isfinite(learned.log_density(forest)).all()
 
 
-def test_half_spaces_are_followed_in_ranges():
-    space = HalfSpace(("width", "height"), (1.0, 1.0), float(np.log(12.0)), logarithmic=True)
-    target = Target(BOX, (space,), lambda values: 100.0 * values[:, 0], bound=100.0)
+def test_products_are_followed_in_ranges():
+    target = Target.of_score(BOX, score((100, "$width * $height < 12")))
     learned = compile_nearest(target, FOREST)
     assert learned.method == "ranges"
     assert divergence(learned, target) < 0.02

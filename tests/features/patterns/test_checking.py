@@ -4,7 +4,7 @@ import pytest
 
 from grammarlab.derivation import compile_grammar
 from grammarlab.errors import UsageError
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold, Total
+from grammarlab.features.patterns.pattern import Draw, Formula, Present, Threshold
 from grammarlab.features.patterns.pattern_checks import MAX_REMARKS, check
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
@@ -43,8 +43,7 @@ def test_draws_that_a_grammar_makes_pass():
         Draw("height"),
         Draw("style", 1),
         Draw("Tower"),
-        HalfSpace(("height",), (1.0,), 2.0),
-        Total(((parse("Tower:1"), 1), (Present(parse("Crown")), -1), (Draw("style", 1), 2))),
+        Formula.of("+", Formula.of("-", parse("Tower:1"), parse("Crown")), Draw("style", 1)),
     )
 
 
@@ -52,8 +51,8 @@ def test_draws_that_a_grammar_makes_pass():
     ("feature", "says"),
     [
         (parse("Towr"), "the grammar has no symbol 'Towr'; did you mean 'Tower'?"),
-        (Total(((parse("Tower"), 1), (Present(parse("Towr")), 1))), "did you mean 'Tower'?"),
-        (Total(((parse("Tower"), 1), (Draw("style", 7), 1))), "$style has no branch :7"),
+        (Formula.of("+", parse("Tower"), parse("Towr")), "did you mean 'Tower'?"),
+        (Formula.of("+", parse("Tower"), Draw("style", 7)), "$style has no branch :7"),
         (parse("Roof"), "the grammar has no symbol 'Roof'; did you mean 'Roof.'?"),
         (parse("Tower > Blok"), "the grammar has no symbol 'Blok'; did you mean 'Block'"),
         (parse("Tower:3"), "the symbol 'Tower' has no branch :3; it has 3, :0 to :2"),
@@ -69,10 +68,7 @@ def test_draws_that_a_grammar_makes_pass():
         (Threshold("heigth", 1.0), "the grammar has no random expression 'heigth'; did you mean 'height'?"),
         (Draw("style", 2), "$style has no branch :2; it is a choice of 2, :0 to :1"),
         (Draw("height", 0), "$height has no branch :0; it is not a choice"),
-        (HalfSpace(("height", "width"), (1.0, 1.0), 2.0), "the grammar has no random expression 'width'"),
-        (Sum.of(("height", "width"), (1.0, 1.0)), "the grammar has no random expression 'width'"),
-        (Sum((Term("height", 1.0, (parse("Towr"),)),)), "no symbol 'Towr'"),
-        (Sum((Term("height", 1.0, times=((parse("Towr"), 2.0),)),)), "no symbol 'Towr'"),
+        (Formula.of("+", Draw("height"), Draw("width")), "the grammar has no random expression 'width'"),
     ],
 )
 def test_what_a_grammar_lacks_is_named(feature, says):

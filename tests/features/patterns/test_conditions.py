@@ -7,7 +7,7 @@ from grammarlab.derivation.derive import derive
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.conditions import at_least
 from grammarlab.features.patterns.counts import count
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold, Total
+from grammarlab.features.patterns.pattern import Draw, Present, Threshold
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 
@@ -26,14 +26,17 @@ FEATURES = [
     (Threshold("width", 0.1 + 0.2), 1.0),
     (Draw("width"), 1.2345678901234567),
     (Draw("style", 1), 1.0),
-    (HalfSpace(("width", "depth"), (1.0, -0.3), 0.123456789), 1.0),
-    (HalfSpace(("width", "depth"), (1.0, 1.0), 0.5, logarithmic=True), 1.0),
-    (Sum.of(("width", "depth"), (1.0, -0.3)), 0.2),
-    (Sum.of(("width", "depth"), (2.0, 1.0), logarithmic=True), 0.2),
-    (Sum((Term("width", 1.0, times=((parse("A"), 1.0), (parse("B"), 2.5))), Term("depth", -1.0))), 3.0),
-    (Total(((parse("A"), 1), (Present(parse("B")), -1), (Draw("style", 1), 2))), 2.0),
-    (Total(((parse("A"), 1), (parse("Lot:1"), -3))), 0.0),
-    (Sum((Term("width", 1.0, (parse("A"), parse("Lot:1"))), Term("depth", 1.0, (parse("B"),)))), 3.0),
+    *[
+        (Expression.parse(text).formula, bound)
+        for text, bound in (
+            ("$width - 0.3 * $depth", 0.123456789),
+            ("$width < $depth", 1.0),
+            ("2 * log($width) + log($depth)", 0.2),
+            ("({A} + 2.5 * {B}) * $width - $depth", 3.0),
+            ("{A} - ({B} != 0) + 2 * $style:1", 2.0),
+            ("({B} > 0) * $depth", 1.5),
+        )
+    ],
 ]
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from grammarlab.errors import UsageError
 from grammarlab.features.patterns.counts import MAX_EMBEDDINGS, count
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Present, Sum, Term, Threshold
+from grammarlab.features.patterns.pattern import Draw, Formula, Present, Threshold
 from grammarlab.features.patterns.pattern_text import parse
 from tests.features.forests import brute_force, forest_of, patterns, random_forest
 
@@ -66,19 +66,14 @@ def test_draws():
         Present(Draw("A", 2)),
         Present(Draw("h")),
         Draw("nothing"),
-        HalfSpace(("h",), (1.0,), 4.0),
-        HalfSpace(("h",), (1.0,), np.log(5.0), logarithmic=True),
         Present(parse("A")),
-        Sum.of(("h", "nothing"), (-2.0, 1.0)),
-        Sum((Term("h", 1.0, (parse("B"), parse("A:9"))),)),
-        Sum((Term("h", 1.0, (parse("B"), parse("A"))),)),
-        Sum.of(("h", "h"), (1.0, 1.0), logarithmic=True),
-        Sum((Term("h", 2.0, times=((parse("A"), 2.0), (parse("B"), 5.0))),)),
+        Formula.of("*", Formula.of("-", Draw("h"), Draw("nothing")), parse("A")),
+        Formula.of("+", Formula.of("log", Draw("h")), Threshold("h", 4.0)),
     ]
     assert count(forest, features).tolist() == [
-        [3.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 1.0, -6.0, 0.0, 3.0, 2 * np.log(3.0), 12.0],
-        [8.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, -16.0, 0.0, 8.0, 2 * np.log(8.0), 32.0],
-        [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [3.0, 1.0, 0.0, 0.0, 1.0, 0.0, 1.0, 3.0, np.log(3.0) + 1.0],
+        [8.0, 0.0, 1.0, 1.0, 1.0, 0.0, 1.0, 8.0, np.log(8.0)],
+        [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0],
     ]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grammarlab.errors import UsageError
-from grammarlab.features.patterns.pattern import Draw, HalfSpace, Sum, Threshold
+from grammarlab.features.patterns.pattern import Draw, Formula, Threshold
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.pool import Pool, PoolDesigns
 from grammarlab.learning.designs.species_space import SpeciesSpace
@@ -145,12 +145,12 @@ def test_features_of_trees_are_read_by_name():
     features = [
         Draw("height"),
         Threshold("scale", 4.0),
-        Sum.of(("height", "scale"), (1.0, -1.0), logarithmic=True),
-        HalfSpace(("height", "scale"), (1.0, -1.0), 0.5),
+        Formula.of("/", Draw("height"), Draw("scale")),
+        Formula.of("<", Draw("height"), Draw("scale")),
     ]
     values = SPACE.values([batch, batch.take(np.array([2]))], features)
     assert values.shape == (11, 4)
-    expected = np.column_stack([height, scale < 4.0, np.log(height / scale), height - scale < 0.5])
+    expected = np.column_stack([height, scale < 4.0, height / scale, height < scale])
     assert values[:10] == pytest.approx(expected)
     assert np.array_equal(values[10], values[2])
 

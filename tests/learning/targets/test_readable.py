@@ -11,7 +11,7 @@ from grammarlab.density.sampler import GrammarSampler
 from grammarlab.density.targets.accepted import AcceptedGrammar
 from grammarlab.derivation.derive import derive
 from grammarlab.features.patterns.counts import count
-from grammarlab.features.patterns.pattern import Draw
+from grammarlab.features.patterns.pattern import Draw, Formula
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.answers import Answers
@@ -52,8 +52,8 @@ class Known(AbstractPreference):
         return [Relevance(name, 0.0, "none") for name in group_names]
 
 
-def made(score, grammar=GRAMMAR, **making):
-    """What is made of predictions, and a study."""
+def made(score, grammar=GRAMMAR, extra=(), **making):
+    """What is made of predictions, with columns composed of others, and a study."""
     space = GrammarSpace(grammar)
     study = Study(space, Pool(0, 4_000))
     addresses = tuple(study.pool)[:3]
@@ -61,7 +61,8 @@ def made(score, grammar=GRAMMAR, **making):
     state = step(study, init(study), (answers,))
     batches = study.tables(state.wide).pool_designs.batches
     scores = np.concatenate([score(forest) for forest in batches])
-    known = replace(state, preferences={"overall": Known(scores)})
+    columns = replace(state.columns, extra=extra)
+    known = replace(state, preferences={"overall": Known(scores)}, columns=columns)
     return GrammarWriter(space).learn(study, known, Making(**making))
 
 
@@ -107,12 +108,13 @@ def smooth(forest):
     return 100.0 * np.exp(-((width - 6.0) ** 2) - (height - 5.0) ** 2)
 
 
-TASTES = [noisy, many_windows, narrow_in_sum, smooth]
+SUM = Formula.of("+", Draw("width"), Draw("height"))
+TASTES = [(noisy, ()), (many_windows, ()), (narrow_in_sum, (SUM,)), (smooth, ())]
 
 
-@pytest.mark.parametrize("score", TASTES, ids=lambda score: score.__name__)
-def test_the_file_is_small_and_near_and_samples_its_density(score):
-    found = made(score)
+@pytest.mark.parametrize(("score", "extra"), TASTES, ids=lambda value: getattr(value, "__name__", ""))
+def test_the_file_is_small_and_near_and_samples_its_density(score, extra):
+    found = made(score, extra=extra)
     learned = found.learned
     assert learned.rules_after <= 2 * learned.rules_before
     assert found.measured.after.js <= TOLERANCE or score is noisy
@@ -133,7 +135,7 @@ def test_the_file_is_small_and_near_and_samples_its_density(score):
 
 
 def test_a_sum_of_draws_needs_an_acceptance_rule():
-    learned = made(narrow_in_sum).learned
+    learned = made(narrow_in_sum, extra=(SUM,)).learned
     assert isinstance(learned, AcceptedGrammar)
     assert 0.3 < learned.accept_rate < 1.0
     draws = count(learned.sample(300, 1), [Draw("width"), Draw("height")])
@@ -175,7 +177,7 @@ def test_a_bound_that_is_too_small_is_compared_with_the_size_of_the_whole_gramma
 
 
 def test_a_file_with_an_acceptance_rule_can_be_learned_from_again():
-    first = made(narrow_in_sum).learned
+    first = made(narrow_in_sum, extra=(SUM,)).learned
     again = made(lambda forest: 100.0 * (counts(forest, "Porch:0") > 0), Grammar.parse(first.text)).learned
     assert isinstance(first, AcceptedGrammar)
     assert isinstance(again, AcceptedGrammar)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from grammarlab.evaluation.preparation import true_scores
-from grammarlab.features.patterns.pattern import Draw, HalfSpace
+from grammarlab.features.patterns.pattern import Draw, Formula
 from grammarlab.learning.designs.design_tables import Columns, DesignTable
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init
@@ -96,11 +96,15 @@ def test_counts_and_draws_are_told_with_their_ranges():
 
 def test_comparisons_of_draws_are_told_as_such():
     draws = np.random.default_rng(1).random((600, 2)) * 10.0
-    space = HalfSpace(("a", "b"), (-1.0, 1.0), -0.0013)
-    inside = (draws @ space.weights < space.bound).astype(np.float64)
-    table = table_of(np.column_stack([draws, inside]), ["a", "b", "c"])
-    table = replace(table, features=(*table.features[:2], space))
-    assert words_of(table, 100.0 * inside, np.ones(600)) == Words(("a > b (100)",), ("a at most b (0)",))
+    difference = draws[:, 0] - draws[:, 1]
+    table = table_of(np.column_stack([draws, difference]), ["a", "b", "a − b"])
+    table = replace(table, features=(*table.features[:2], Formula.of("-", Draw("a"), Draw("b"))))
+
+    def words(bound):
+        return words_of(table, np.where(difference >= bound, 100.0, 0.0), np.ones(600))
+
+    assert words(0.0013) == Words(("a at least b (100)",), ("a below b (0)",))
+    assert words(3.0).likes[0].startswith("a − b: from ")
 
 
 @pytest.mark.parametrize("scores", [np.zeros(50), np.full(50, 100.0)])
