@@ -132,7 +132,7 @@ MUTANTS = (
     Mutant("§.amplitude + §.noise\n", "{0}.amplitude\n", POSTERIOR),
     # Counts of features.
     Mutant("§.draws.value[§] < §\n", "{0}.draws.value[{1}] <= {2}\n", FEATURES),
-    Mutant("§ / np.maximum(§, 1.0)\n            case HalfSpace", "{0}\n            case HalfSpace", FEATURES),
+    Mutant("§ / np.maximum(§, 1.0)\n            case Formula", "{0}\n            case Formula", FEATURES),
     Mutant("§[§] = §[§[§]] == §[§]", "pass", FEATURES),
     Mutant("np.minimum(§[§] * §[§[§]], ", "np.minimum({0}[{1}] + {2}[{3}[{4}]], ", FEATURES),
     Mutant("is None or §.branch[: len(§.branch)] == §.branch)", "is None or {0}.branch == {2}.branch)", FEATURES),

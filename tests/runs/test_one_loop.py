@@ -61,7 +61,7 @@ seed = {SEED}
 preference = "{TASTES[taste]}"
 [features]
 path_length = 2
-families = ["paths", "symbols", "thresholds"]
+families = ["paths", "symbols", "draws"]
 """
     wanted, grammar = scenario.parse(text, tmp_path / "taste.toml"), Grammar.parse(RULES)
 

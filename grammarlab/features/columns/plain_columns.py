@@ -32,5 +32,5 @@ def feature_values(columns: Mapping[str, Floats], feature: Feature) -> Floats:
             return evaluate(feature.steps, inner, len(next(iter(columns.values()))))
         case _:
             raise UsageError(
-                f"expected a number, a bound on one, or a formula of numbers, found {feature}: such designs have no parts."
+                f"expected a number, a bound on one, or a formula of them, found {feature}: such designs have no parts."
             )

@@ -24,7 +24,7 @@ when = "{" + ".join(f"{{Gilded{part}}}" for part in _PARTS)} == 6"
 means = "gilded all over"
 [features]
 path_length = 2
-families = ["paths", "symbols", "thresholds"]
+families = ["paths", "symbols", "draws"]
 """
 
 
