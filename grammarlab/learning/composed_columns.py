@@ -38,7 +38,7 @@ def composed_columns(
         scores: [n] their scores.
         options: the known columns.
     """
-    table, candidates = space.vocabulary(designs, options).apply(designs), space.candidates(designs)
+    table = space.vocabulary(designs, options).apply(designs)
     known = table.counts.toarray()
     candidates = space.candidates(designs)
     new = np.array([formula not in table.features for formula in candidates.formulas], dtype=bool)

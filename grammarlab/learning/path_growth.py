@@ -33,14 +33,14 @@ def path_length(
         features: the features, with the initial length.
         extra: composed columns, which may also distinguish designs.
     """
-    searched = space.values(designs, extra)
+    composed = space.values(designs, extra)
     fewest, best = -1, features.path_length
     # Continuous columns distinguish all designs, and so explain nothing.
     counted = replace(features, families=tuple(family for family in features.families if family != "draws"))
     scores = [(indices[again], values[again]) for indices, values in scores for again in (_is_repeated(values),)]
     for length in range(features.path_length, max(features.path_length, space.longest_path) + 1):
         vocabulary = space.vocabulary(designs, replace(counted, path_length=length))
-        rows = np.column_stack([vocabulary.apply(designs).rows(), searched])
+        rows = np.column_stack([vocabulary.apply(designs).rows(), composed])
         number = sum(num_conflicts(rows[indices], values) for indices, values in scores)
         if fewest < 0 or number < fewest:
             fewest, best = number, length

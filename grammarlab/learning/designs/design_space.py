@@ -132,7 +132,7 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
 
     @abstractmethod
     def values(self, designs: Sequence[Designs], features: Sequence[Feature]) -> Floats:
-        """[n, F] values of features, such as those from `search`."""
+        """[n, F] values of features, such as composed columns."""
 
     def check(self, features: Iterable[Feature]) -> None:
         """Check that designs can have features, such as those that a scenario names.

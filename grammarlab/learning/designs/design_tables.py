@@ -99,7 +99,7 @@ class DesignTables(Generic[Designs]):
         self.table = lru_cache(maxsize=2)(self._table)
         """Table of `Columns`."""
         self._base = lru_cache(maxsize=4)(self._count)
-        self._searched = lru_cache(maxsize=64)(self._measure)
+        self._composed = lru_cache(maxsize=64)(self._measure)
         self._elsewhere = lru_cache(maxsize=4)(lambda addresses: (space.make(addresses),) if addresses else ())
 
     @cached_property
@@ -133,7 +133,7 @@ class DesignTables(Generic[Designs]):
 
     def _table(self, columns: Columns) -> DesignTable:
         _, base, others = self._base(columns.path_length, columns.elsewhere)
-        pool = [self._searched(feature)[0] for feature in columns.extra]
+        pool = [self._composed(feature)[0] for feature in columns.extra]
         elsewhere = self._elsewhere(columns.elsewhere)
         rows, num_pool = base.rows(), len(self.pool_designs.pool)
         first, names = len(base.group_names), _names(columns.extra, base)
@@ -146,7 +146,7 @@ class DesignTables(Generic[Designs]):
             names=(*base.names, *names),
             groups=np.append(base.groups, np.arange(first, first + len(names))),
             group_names=(*base.group_names, *names),
-            scales=np.append(base.scales, [self._searched(feature)[1] for feature in columns.extra]),
+            scales=np.append(base.scales, [self._composed(feature)[1] for feature in columns.extra]),
             logarithmic=None if base.logarithmic is None else np.append(base.logarithmic, np.zeros(len(names), bool)),
             priors=_priors(base, columns.prices),
             units=(*base.units, *("" for _ in names)) if base.units else (),
@@ -168,7 +168,7 @@ class DesignTables(Generic[Designs]):
 
     def _extended(self, rows: Floats, designs: Sequence[Designs], extra: tuple[Feature, ...]) -> Floats:
         """Rows with the columns of features composed of others."""
-        scales = [self._searched(feature)[1] for feature in extra]
+        scales = [self._composed(feature)[1] for feature in extra]
         return np.column_stack([rows, self.space.values(designs, extra) / scales]) if extra else rows
 
 
