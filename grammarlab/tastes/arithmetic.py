@@ -1,7 +1,7 @@
 """Productions of arithmetic: sums, differences, products and ratios of counts and draws, and computed sizes.
 
-A bound, a band or a level of what they make is no candidate: cells find these themselves. So ``a > b`` is a level of
-``a - b``, and ``a + b < 12`` one of ``a + b``. Of more candidates than a production may have, those whose parts are
+A bound, a band or a level of what they make is no candidate: cells find these themselves. So ``a + b < 12`` is a
+level of ``a + b``; only ``a > b`` of draws is one. Of more candidates than a production may have, those whose parts are
 declared nearest to each other are kept.
 """
 
@@ -41,6 +41,11 @@ def differences(elements: Elements) -> Iterator[Block]:
     """``a - b`` of two counts, or of two draws."""
     for quantities in (elements.draws, elements.counts):
         yield from _of_pairs("-", quantities)
+
+
+def comparisons(elements: Elements) -> Iterator[Block]:
+    """``a > b`` of two draws: the bound on their difference is 0, and not any number."""
+    yield from _of_pairs(">", elements.draws)
 
 
 def products(elements: Elements) -> Iterator[Block]:

@@ -76,6 +76,7 @@ PRODUCTIONS: Mapping[str, Production] = {
     "conditional": shares.conditional,
     "sums of two": arithmetic.sums_of_two,
     "differences": arithmetic.differences,
+    "comparisons": arithmetic.comparisons,
     "products": arithmetic.products,
     "ratios": arithmetic.ratios,
     "parities": arithmetic.parities,

@@ -13,7 +13,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.judge.cuts import BinnedColumns
-from grammarlab.preference.judge.labels import Explanation, Labels, Person
+from grammarlab.preference.judge.labelled_columns import Explanation, Labels, Person
 from grammarlab.preference.judge.score_line import best_line
 from grammarlab.preference.judge.score_tree import ScoreTree
 from grammarlab.preference.judge.screening import gains

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.preference.cells.person_error import BLUNDERS, NOISES
-from grammarlab.preference.judge.labels import Explanation, Labels, Person
+from grammarlab.preference.judge.labelled_columns import Explanation, Labels, Person
 from grammarlab.preference.judge.score_tree import NODE_PRICE, ScoreTree, TreeGrowth, leaf_of
 from grammarlab.preference.judge.screening import gains
 from grammarlab.preference.judge.smooth_leaf import MAX_LABELS, SmoothLeaf

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grammarlab.preference.judge.cuts import MAX_BINS, BinnedColumns, best_cuts
-from grammarlab.preference.judge.labels import Labels, Person
+from grammarlab.preference.judge.labelled_columns import Labels, Person
 from grammarlab.preference.judge.score_line import best_line
 from grammarlab.preference.judge.score_tree import NODE_PRICE, ScoreTree, TreeGrowth
 from grammarlab.preference.judge.screening import explained
