@@ -17,15 +17,6 @@ from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import Vote
 
-MAX_LABELS = 384
-"""Largest number of labels that are judged. More are only slower."""
-
-
-def selected(scores: Floats) -> Ints:
-    """Ascending indices of at most `MAX_LABELS` labels, an even selection by score."""
-    num = min(MAX_LABELS, len(scores))
-    return np.sort(np.argsort(scores, kind="stable")[np.arange(num) * len(scores) // max(num, 1)])
-
 
 def composed_columns(
     space: AbstractDesignSpace[Designs], designs: Sequence[Designs], scores: Floats, options: FeatureOptions

@@ -23,7 +23,7 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.answers import Answers
-from grammarlab.learning.composed_columns import composed_columns, selected
+from grammarlab.learning.composed_columns import composed_columns
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.designs.design_tables import Columns, DesignTable, DesignTables
@@ -33,6 +33,7 @@ from grammarlab.learning.path_growth import path_length
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.factors import ProductPreference
+from grammarlab.preference.judge.selection import selected
 from grammarlab.preference.liked import blunders_of, liked_are_rare, noise_of
 
 _MAX_DESIGNS = 2_000

@@ -23,6 +23,8 @@ from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.cells.person_error import NOISES
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.held_out_share import MAX_HELD_OUT, held_out
+from grammarlab.preference.judge import judge
+from grammarlab.preference.judge.selection import selected
 from grammarlab.preference.likelihood import value_of
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.processes import grouped
@@ -234,6 +236,9 @@ def fit(
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
     flat = _unexplained(table, cells, seed)
     cells_belief, process_belief = belief(cells.log_evidence - flat.log_evidence, len(values)), 1.0
+    if cells_belief < SURE:
+        chosen, likely = selected(values), np.ones(len(numbers)) if priors is None else np.asarray(priors, np.float64)
+        cells_belief = max(cells_belief, belief(judge.gain(table[chosen], likely, values[chosen]), len(values)))
     # A process is not fitted again and again only to be believed as well.
     if cells_belief < SURE:
         gain = process_gain(table, values, groups=numbers, continuous=drawn, seed=seed)

@@ -10,9 +10,10 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.composed_columns import MAX_LABELS, composed_columns, selected
+from grammarlab.learning.composed_columns import composed_columns
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.settings import FeatureOptions
+from grammarlab.preference.judge.selection import MAX_LABELS, selected
 
 PARTS = [f"Part{number}" for number in range(5)]
 HOUSE = Grammar.parse(

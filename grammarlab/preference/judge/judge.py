@@ -87,6 +87,23 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, score
     )
 
 
+def gain(columns: Floats, priors: Floats, scores: Floats) -> float:
+    """What the best tree of some columns explains beyond any distribution of scores, less its description, in nats.
+
+    Args:
+        columns: [n, F] columns.
+        priors: [F] how likely columns are to matter, relative to each other.
+        scores: [n] 0-100.
+    """
+    varying = np.flatnonzero(np.ptp(columns, axis=0) > 0.0)
+    if not len(varying):
+        return 0.0
+    labels = Labels.of(columns[:, varying], np.log(priors.sum()) - np.log(priors[varying]), scores)
+    best = best_tree(labels, [Person(noise, _START_BLUNDERS) for noise in _START_NOISES])
+    nothing = labels.unexplained.log_evidence(labels.unexplained.members.sum(axis=0)[None])
+    return float(best.explanation.total - nothing[0])
+
+
 def _better(first: Explanation, second: Explanation) -> Explanation:
     """The better of two explanations, the first one if they are as good."""
     return second if second.total > first.total else first
