@@ -24,7 +24,7 @@ from grammarlab.preference.cells.person_error import NOISES
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.held_out_share import MAX_HELD_OUT, held_out
 from grammarlab.preference.judge import judge
-from grammarlab.preference.judge.selection import selected
+from grammarlab.preference.judge.judged_labels import selected
 from grammarlab.preference.likelihood import value_of
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.processes import grouped

@@ -13,7 +13,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.learning.composed_columns import composed_columns
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.settings import FeatureOptions
-from grammarlab.preference.judge.selection import MAX_LABELS, selected
+from grammarlab.preference.judge.judged_labels import MAX_LABELS, selected
 
 PARTS = [f"Part{number}" for number in range(5)]
 HOUSE = Grammar.parse(

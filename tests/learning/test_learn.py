@@ -109,7 +109,7 @@ def test_scores_without_a_pattern_leave_the_grammar_as_it_was():
 def test_a_learned_comparison_reads_like_one():
     grammar = Grammar.parse("attr a = rand(0, 10)\nattr b = rand(0, 10)\nLot --> s(1 + a, 1 + b, 1) A")
     draws = [Draw("a"), Draw("b")]
-    found = learn(grammar, lambda forest: 80.0 * (count(forest, draws) @ [1.0, 1.0] > 12.3), 64)
+    found = learn(grammar, lambda forest: 80.0 * (count(forest, draws) @ [1.0, 1.0] > 12.3), 96)
     (liked,), (disliked,) = found.predicted.words.likes, found.predicted.words.dislikes
     assert re.fullmatch(r"a \+ b: from 1[12](\.\d)? \(80\)", liked)
     assert disliked == liked.replace("from", "below").replace("80", "0")

@@ -17,7 +17,7 @@ from grammarlab.preference.judge.labelled_columns import Explanation, Labels, Pe
 from grammarlab.preference.judge.score_line import best_line
 from grammarlab.preference.judge.score_tree import ScoreTree
 from grammarlab.preference.judge.screening import gains
-from grammarlab.preference.judge.tree_search import best_tree
+from grammarlab.preference.judge.tree_search import best_tree, search
 from grammarlab.preference.judge.votes import Vote, votes
 
 _START_NOISES = (20.0, 8.0, 0.5)
@@ -90,6 +90,8 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, score
 def gain(columns: Floats, priors: Floats, scores: Floats) -> float:
     """What the best tree of some columns explains beyond any distribution of scores, less its description, in nats.
 
+    Minus infinity if the best tree divides nothing.
+
     Args:
         columns: [n, F] columns.
         priors: [F] how likely columns are to matter, relative to each other.
@@ -97,11 +99,13 @@ def gain(columns: Floats, priors: Floats, scores: Floats) -> float:
     """
     varying = np.flatnonzero(np.ptp(columns, axis=0) > 0.0)
     if not len(varying):
-        return 0.0
+        return -np.inf
     labels = Labels.of(columns[:, varying], np.log(priors.sum()) - np.log(priors[varying]), scores)
-    best = best_tree(labels, [Person(noise, _START_BLUNDERS) for noise in _START_NOISES])
+    best, *_ = search(labels, [Person(noise, _START_BLUNDERS) for noise in _START_NOISES])
+    if best.tree.cut is None:
+        return -np.inf
     nothing = labels.unexplained.log_evidence(labels.unexplained.members.sum(axis=0)[None])
-    return float(best.explanation.total - nothing[0])
+    return float(best.total - nothing[0])
 
 
 def _better(first: Explanation, second: Explanation) -> Explanation:

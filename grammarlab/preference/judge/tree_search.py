@@ -51,7 +51,28 @@ class _SmoothColumn(NamedTuple):
 
 
 def best_tree(labels: Labels, persons: Sequence[Person]) -> BestTree:
-    """The best tree of some labels.
+    """The best tree of some labels, its leaves smooth functions where these explain scores better.
+
+    Args:
+        labels: the labels.
+        persons: errors that searches start with.
+    """
+    grown = search(labels, persons)
+    different: dict[frozenset[int], Grown] = {}
+    for item in grown:
+        different.setdefault(item.tree.columns, item)
+    # A smooth function of all labels needs no division.
+    person = grown[0].person
+    candidates = [
+        *list(different.values())[:_NUM_FINISHED],
+        Grown(leaf_of(labels.every, labels.evidence(person)), person),
+    ]
+    finished = [_with_smooth_leaves(labels, item) for item in candidates]
+    return max(finished, key=lambda item: item.explanation.total)
+
+
+def search(labels: Labels, persons: Sequence[Person]) -> list[Grown]:
+    """Trees of some labels, the best one first.
 
     Args:
         labels: the labels.
@@ -66,14 +87,7 @@ def best_tree(labels: Labels, persons: Sequence[Person]) -> BestTree:
         tried.add(likely)
         grown += _grown(labels, likely)
         best = max(grown, key=lambda item: item.total)
-    different: dict[frozenset[int], Grown] = {}
-    for item in sorted(grown, key=lambda item: -item.total):
-        different.setdefault(item.tree.columns, item)
-    # A smooth function of all labels needs no division.
-    undivided = Grown(leaf_of(labels.every, labels.evidence(best.person)), best.person)
-    candidates = [*list(different.values())[:_NUM_FINISHED], undivided]
-    finished = [_with_smooth_leaves(labels, item) for item in candidates]
-    return max(finished, key=lambda item: item.explanation.total)
+    return sorted(grown, key=lambda item: -item.total)
 
 
 def _grown(labels: Labels, person: Person) -> list[Grown]:
