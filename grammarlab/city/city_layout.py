@@ -212,6 +212,7 @@ def _with_parcels(
         outlines=PackedOutlines.of(outline[: len(names)][order]),
         elevation=np.full(len(names), np.nan),
         attributes=pa.table(attributes),
+        first_edge=np.ones(len(names), np.int32),
         reason=np.full(len(names), "", dtype=object),
     )
     return Layout(parcels, streets, Blocks(ids, outline[len(names) :], use))

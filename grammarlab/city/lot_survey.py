@@ -82,7 +82,7 @@ def surveyed_lots(plan: Plan, parcels: Parcels, streets: StreetLines | None) -> 
     widths = street_widths(edges, parcels.outlines, parcel, streets, ~np.isin(reason, _SOLID))
     if plan.street_width is not None:
         try:
-            widths = with_mapped_widths(edges, widths, lots, parcel, fields, plan.street_width)
+            widths = with_mapped_widths(edges, widths, parcels, parcel, fields, plan.street_width)
         except UsageError as error:
             raise UsageError(f"{plan.path}: street_width: {error}") from error
     return LotSurvey(reason=reason, parcel=parcel, edges=edges, street_width=widths)

@@ -13,8 +13,10 @@ import numpy as np
 import shapely
 
 from grammarlab.arrays import Floats, Ints, offsets_from_counts, row_of_value, take_rows
+from grammarlab.city.drawn_edges import in_order
 from grammarlab.city.lot_edges import LotEdges
-from grammarlab.city.packed_outlines import Outlines, PackedOutlines
+from grammarlab.city.packed_outlines import Outlines
+from grammarlab.city.parcels import Parcels
 from grammarlab.city.plan_fields import PlanFields
 
 _MOST_EDGES = 500
@@ -23,16 +25,17 @@ _NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
 
 def with_mapped_widths(
-    edges: LotEdges, widths: Floats, lots: PackedOutlines, parcel: Ints, fields: PlanFields, name: str
+    edges: LotEdges, widths: Floats, parcels: Parcels, parcel: Ints, fields: PlanFields, name: str
 ) -> Floats:
     """[P] widths of streets, with those of a column where it has any.
 
-    A list of another length than the ring of its parcel, or of more than `_MOST_EDGES`, is left out.
+    A list of another length than the ring of its parcel, or of more than `_MOST_EDGES`, is left out, and so is that of
+    a parcel whose outline is not the one of the map, as it overlapped another.
 
     Args:
         edges: edges of S lots, P in all.
         widths: [P] widths that are known otherwise.
-        lots: [S] outlines of the parcels of the lots, as the map draws them.
+        parcels: all parcels.
         parcel: [S] the parcel of each lot.
         fields: fields of all parcels.
         name: name of the field with the widths.
@@ -46,10 +49,11 @@ def with_mapped_widths(
     lists = [_numbers(str(column[row])) for row in parcel.tolist()]
     single = np.array([numbers[0] if len(numbers) == 1 else np.nan for numbers in lists], np.float64)
     widths = _one_each(single[edges.outline], widths)
+    lots, first = parcels.outlines.take(parcel), parcels.first_edge[parcel]
     counts = np.diff(lots.ring_offsets)[lots.offsets[:-1]] - 1
-    is_list = (counts == np.array([len(numbers) for numbers in lists], np.int64)) & (counts <= _MOST_EDGES)
-    lot = np.flatnonzero(is_list)
-    known = np.array([number for row in lot.tolist() for number in lists[row]], np.float64)
+    is_list = counts == np.array([len(numbers) for numbers in lists], np.int64)
+    lot = np.flatnonzero(is_list & (counts <= _MOST_EDGES) & (first != 0))
+    known = np.array([width for row in lot.tolist() for width in in_order(lists[row], int(first[row]))], np.float64)
     rings = np.asarray(shapely.get_exterior_ring(lots[lot]), dtype=object)
     return _by_edge(edges, widths, lot, rings, known)
 
@@ -60,13 +64,13 @@ def _one_each(known: Floats, widths: Floats) -> Floats:
 
 
 def _by_edge(edges: LotEdges, widths: Floats, lot: Ints, rings: Outlines, known: Floats) -> Floats:
-    """Widths of all edges of some lots: those of the nearest edges of their rings as they are drawn.
+    """Widths of all edges of some lots: those of the nearest edges of the rings of their parcels.
 
     Args:
         edges: edges of all lots, P in all.
         widths: [P] widths of streets along them.
         lot: [K] the lots, ascending.
-        rings: [K] their outer rings, W edges in all.
+        rings: [K] outer rings of their parcels, W edges in all.
         known: [W] widths of streets along the edges of these rings.
     """
     points, ring = shapely.get_coordinates(rings, return_index=True)

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.city import parcel_reasons
+from grammarlab.city.drawn_edges import first_edges
 from grammarlab.city.packed_outlines import PackedOutlines
 from grammarlab.city.parcel_ids import identities, part_ids
 from grammarlab.city.parcel_outlines import Pieces, pieces_of
-from grammarlab.city.parcel_overlaps import disjoint
+from grammarlab.city.parcel_overlaps import Disjoint, disjoint
 from grammarlab.city.parcel_shapes import unbuildable
 from grammarlab.city.parcels import Parcels
 from grammarlab.errors import AssetError
@@ -83,19 +84,21 @@ def _parcels(layer: MapLayer, crs: str | None, id_field: str | None, frame: Fram
         del layer
         ids = identities(attributes, pieces.key, id_field, name)
         order, names = _order(pieces, ids.id)
-        reason, outlines = _reasons(pieces, ids.id, order)
+        reason, separate = _reasons(pieces, ids.id, order)
     except AssetError as error:
         raise AssetError(f"{name}: {str(error).removeprefix(f'{name}: ').rstrip('.')}.") from error
     if frame is None:
         frame = Frame.around(system.target, _middles(pieces))
     if not attributes.num_columns:
         attributes = pa.table({ID: ids.id.tolist()})
+    outlines, first_edge = _in_frame(separate.outlines, frame)
     parcels = Parcels(
         frame=frame,
         id=names,
-        outlines=_in_frame(outlines, frame),
+        outlines=outlines,
         elevation=pieces.elevation[order],
         attributes=attributes.take(pieces.feature[order]).combine_chunks(),
+        first_edge=np.where(separate.is_cut, np.int32(0), first_edge),
         reason=reason,
     )
     return ParcelMap(parcels, (*remarks, *ids.remarks))
@@ -127,15 +130,20 @@ def _usable(pieces: Pieces) -> PackedOutlines:
     return pieces.outlines.take(np.flatnonzero(pieces.usable))
 
 
-def _in_frame(outlines: PackedOutlines, frame: Frame) -> PackedOutlines:
+def _in_frame(outlines: PackedOutlines, frame: Frame) -> tuple[PackedOutlines, NDArray[np.int32]]:
     """[P] outlines from the origin of a frame, drawn in one way: counter-clockwise from the lowest leftmost corner.
+
+    The second result is [P] which edge was drawn first.
 
     Shapefiles turn rings around, and the same outline should be the same building however it was drawn. The origin
     comes off last, and exactly: all that was computed before does not depend on it.
     """
-    drawn = [PackedOutlines.of(shapely.reverse(shapely.normalize(outline))) for _, outline in outlines.blocks()]
-    packed = PackedOutlines.concatenate(drawn)
-    return replace(packed, points=packed.points - np.array(frame.origin))
+    parts, first = list[PackedOutlines](), [np.zeros(0, np.int32)]
+    for _, drawn in outlines.blocks():
+        parts.append(PackedOutlines.of(shapely.reverse(shapely.normalize(drawn))))
+        first.append(first_edges(drawn, parts[-1]))
+    packed = PackedOutlines.concatenate(parts)
+    return replace(packed, points=packed.points - np.array(frame.origin)), np.concatenate(first)
 
 
 def _centres(layer: MapLayer) -> Floats:
@@ -194,8 +202,8 @@ def _order(pieces: Pieces, ids: NDArray[np.object_]) -> tuple[Ints, NDArray[np.o
     return order, names[order]
 
 
-def _reasons(pieces: Pieces, ids: NDArray[np.object_], order: Ints) -> tuple[NDArray[np.object_], PackedOutlines]:
-    """Reasons and outlines of pieces in the order of their ids."""
+def _reasons(pieces: Pieces, ids: NDArray[np.object_], order: Ints) -> tuple[NDArray[np.object_], Disjoint]:
+    """Reasons and outlines without overlaps of pieces in the order of their ids."""
     reason, outlines = pieces.reason[order], pieces.outlines.take(order)
     is_copy = _is_copy(ids, pieces.key)[pieces.feature[order]]
     reason[is_copy & (reason == "")] = parcel_reasons.DUPLICATE
@@ -205,7 +213,7 @@ def _reasons(pieces: Pieces, ids: NDArray[np.object_], order: Ints) -> tuple[NDA
         [np.zeros(0, object), *(unbuildable(outline) for _, outline in separate.outlines.take(rows).blocks())]
     )
     reason[rows] = np.where(separate.is_covered[rows], parcel_reasons.OVERLAP, shapes)
-    return reason, separate.outlines
+    return reason, separate
 
 
 def _is_copy(ids: NDArray[np.object_], keys: Sequence[bytes]) -> NDArray[np.bool_]:

@@ -30,11 +30,14 @@ class Parcels:
     """[N] height of a parcel of a 3D map in metres, NaN if unknown."""
     attributes: pa.Table
     """[N] columns of the map: texts, numbers and flags, with nulls."""
+    first_edge: NDArray[np.int32]
+    """[N] the edge of the outer ring that the map draws first, counted from 1 in the order of `outlines`; negative
+    where it draws the ring the other way round, and 0 where it draws another outline."""
     reason: NDArray[np.object_]
     """[N] why nothing can be built: ``overlap``, ``small``; empty for usable parcels."""
 
     def __post_init__(self) -> None:
-        columns = (self.outlines, self.elevation, self.reason, *self.attributes.columns)
+        columns = (self.outlines, self.elevation, self.first_edge, self.reason, *self.attributes.columns)
         if any(len(column) != len(self) for column in columns):
             raise UsageError("parcels: expected columns of equal length")
 
@@ -65,5 +68,6 @@ class Parcels:
             outlines=self.outlines.take(indices),
             elevation=self.elevation[indices],
             attributes=self.attributes.take(indices),
+            first_edge=self.first_edge[indices],
             reason=self.reason[indices],
         )

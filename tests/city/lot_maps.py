@@ -35,6 +35,7 @@ def parcels_of(outlines: Any, ids: Any = None, **attributes: Any) -> Parcels:
         outlines=PackedOutlines.of(outlines[order]),
         elevation=np.full(len(outlines), np.nan),
         attributes=pa.table(attributes or {"number": np.arange(len(outlines))}).take(order),
+        first_edge=np.ones(len(outlines), np.int32),
         reason=np.full(len(outlines), "", dtype=object),
     )
 

@@ -31,5 +31,6 @@ def quarter(num: int, seed: int = 0, **attributes: Any) -> Parcels:
         outlines=PackedOutlines.of(shapely.box(west, south, west + widths, south + depths)),
         elevation=np.full(num, np.nan),
         attributes=pa.table(dict(attributes) or {"row": row}),
+        first_edge=np.ones(num, np.int32),
         reason=np.full(num, "", object),
     )

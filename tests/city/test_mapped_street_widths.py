@@ -32,7 +32,7 @@ def by_side(lots: LotSurvey) -> list[dict[str, float]]:
     )
     return [
         {str(names[row]): float(lots.street_width[row]) for row in np.flatnonzero(edges.outline == lot)}
-        for lot in range(2)
+        for lot in range(len(lots))
     ]
 
 
@@ -79,6 +79,30 @@ def test_numbers_and_lists_of_a_map_are_in_one_column(tmp_path: Path):
     first, second = by_side(surveyed_lots(PLAN, read_parcels(path).parcels, None))
     assert first == {"s": 12.0, "e": 0.0, "n": 12.0, "w": 12.0}
     assert second == {"s": 1.0, "e": 2.0, "n": 3.5, "w": 4.0}
+
+
+@pytest.mark.parametrize("suffix", [".geojson", ".gpkg", ".fgb"])
+def test_lists_follow_the_ring_wherever_it_begins_and_however_it_turns(tmp_path: Path, suffix: str):
+    """Outlines are kept drawn in one way, which is not the way of the map."""
+    corners = [(0, 0), (20, 0), (20, 30), (0, 30)]
+    by_edge = {frozenset((corners[row - 1], corners[row])): [1.0, 2.0, 3.5, 0.0][row - 1] for row in range(4)}
+    rings = [turned[start:] + turned[:start] for turned in (corners, corners[::-1]) for start in range(4)]
+    drawn = [[*zip(ring, [*ring[1:], ring[0]], strict=True)] for ring in rings]
+    column = [[by_edge[frozenset(edge)] for edge in edges] for edges in drawn]
+    apart = [shapely.Polygon([(x + 100 * row, y) for x, y in ring]) for row, ring in enumerate(rings)]
+    path = write_map(tmp_path / f"map{suffix}", moved(apart, UTM), UTM, id=[*"abcdefgh"], w=column)
+    found = by_side(surveyed_lots(PLAN, read_parcels(path).parcels, None))
+    assert found == [{"s": 1.0, "e": 2.0, "n": 3.5, "w": 0.0}] * 8
+
+
+def test_the_list_of_an_outline_that_is_cut_is_left_out(tmp_path: Path):
+    """What is left has four edges, but they are not those of the map."""
+    outlines = moved([shapely.box(0, 0, 20, 30), shapely.box(15, -1, 40, 31), shapely.box(15, 40, 40, 70)], UTM)
+    path = write_map(tmp_path / "map.gpkg", outlines, UTM, id=["b", "a", "c"], w=[[1.0, 2.0, 3.0, 4.0]] * 3)
+    parcels = read_parcels(path).parcels
+    assert parcels.area.tolist() == pytest.approx([800, 450, 750])
+    widths = [set(lot.values()) for lot in by_side(surveyed_lots(PLAN, parcels, None))]
+    assert widths == [{1.0, 2.0, 3.0, 4.0}, {0.0, 8.0}, {1.0, 2.0, 3.0, 4.0}]
 
 
 def test_with_lists_other_parcels_do_not_matter():

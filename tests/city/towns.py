@@ -32,6 +32,7 @@ def town(num: int, seed: int = 0) -> ParcelFields:
         outlines=PackedOutlines.of(shapely.box(west, south, west + sides[:, 0], south + sides[:, 1])),
         elevation=np.full(num, np.nan),
         attributes=pa.table({"floors": rng.integers(1, 9, num)}),
+        first_edge=np.ones(num, np.int32),
         reason=np.full(num, "", object),
     )
     return parcel_fields(parcels, frontage=sides[:, 0], attributes=["floors"])
