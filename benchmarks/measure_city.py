@@ -40,23 +40,27 @@ def write_plan(folder: Path, number: int) -> Path:
 
 
 def write_map(folder: Path, number: int, places: int) -> None:
-    """The first parcels on a grid with so many places."""
+    """The first parcels on a grid with so many places.
+
+    They are written one by one: where a process is started, its peak begins with that of the process that starts it.
+    """
     columns = max(1, round((places * 1.3) ** 0.5))
-    features = []
-    for index in range(number):
-        row, column = divmod(index, columns)
-        west = WIDTH * column + STREET * (column // 12)
-        south = DEPTH * row + STREET * (row // ROWS)
-        ring = [
-            (west, south),
-            (west + WIDTH, south),
-            (west + WIDTH, south + DEPTH),
-            (west, south + DEPTH),
-            (west, south),
-        ]
-        geometry = {"type": "Polygon", "coordinates": [ring]}
-        features.append({"type": "Feature", "properties": {"id": f"p{index:07d}"}, "geometry": geometry})
-    (folder / "map.geojson").write_text(json.dumps({"type": "FeatureCollection", "crs": None, "features": features}))
+    with (folder / "map.geojson").open("w", encoding="utf-8") as file:
+        file.write('{"type": "FeatureCollection", "crs": null, "features": [')
+        for index in range(number):
+            file.write((", " if index else "") + json.dumps(parcel(index, columns)))
+        file.write("]}")
+
+
+def parcel(index: int, columns: int) -> dict[str, object]:
+    """A parcel of a grid, as a feature of GeoJSON."""
+    row, column = divmod(index, columns)
+    west = WIDTH * column + STREET * (column // 12)
+    south = DEPTH * row + STREET * (row // ROWS)
+    east, north = west + WIDTH, south + DEPTH
+    ring = [(west, south), (east, south), (east, north), (west, north), (west, south)]
+    geometry = {"type": "Polygon", "coordinates": [ring]}
+    return {"type": "Feature", "properties": {"id": f"p{index:07d}"}, "geometry": geometry}
 
 
 def main(folder: Path, number: int) -> None:
