@@ -14,6 +14,7 @@ from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
+from grammarlab.preference.judge.cuts import ranks_of
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import Vote
 
@@ -32,14 +33,15 @@ def composed_columns(
     table = space.vocabulary(designs, options).apply(designs)
     known = table.counts.toarray()
     candidates = space.candidates(designs)
-    new = np.array([formula not in table.features for formula in candidates.formulas], dtype=bool)
+    features = frozenset(table.features)
+    new = np.array([formula not in features for formula in candidates.formulas], dtype=bool)
     new &= ~_same(candidates.values, known)
     composed, prices = candidates.values[:, new], candidates.prices[new]
     formulas = [formula for formula, is_new in zip(candidates.formulas, new.tolist(), strict=True) if is_new]
     flags, of_flags = _flags(known, table.features)
     verdict = judged(_varying(known), composed, prices, flags, scores)
-    features = [formulas[index] for index in verdict.accepted] + [_formula(vote, of_flags) for vote in verdict.votes]
-    return dict(zip(features, verdict.prices, strict=True))
+    found = [formulas[index] for index in verdict.accepted] + [_formula(vote, of_flags) for vote in verdict.votes]
+    return dict(zip(found, verdict.prices, strict=True))
 
 
 def _varying(columns: Floats) -> Floats:
@@ -53,10 +55,11 @@ def _same(columns: Floats, others: Floats) -> Flags:
     return np.array([rank.tobytes() in known for rank in _ranks(columns)], dtype=bool)
 
 
-def _ranks(columns: Floats) -> list[Ints]:
-    ranks = [np.unique(column, return_inverse=True)[1].reshape(-1) for column in columns.T]
-    # Either direction: the first design is in the lower half.
-    return [rank if 2 * rank[0] <= rank.max() else rank.max() - rank for rank in ranks]
+def _ranks(columns: Floats) -> Ints:
+    """[C, n] rank of each design by a column, counted from the end where the first design is nearer to it."""
+    ranks = ranks_of(columns)
+    highest = ranks.max(axis=1, keepdims=True, initial=0)
+    return np.where(2 * ranks[:, :1] <= highest, ranks, highest - ranks)
 
 
 def _flags(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Atom | Formula]]:

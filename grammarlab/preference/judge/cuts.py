@@ -33,16 +33,17 @@ class BinnedColumns:
     @classmethod
     def of(cls, columns: Floats) -> BinnedColumns:
         """Bins of columns [n, C], with about the same number of labels each if there are more values than bins."""
-        num = len(columns)
-        order = np.argsort(columns, axis=0, kind="stable")
-        rank = _steps(np.take_along_axis(columns, order, axis=0))
-        first = np.maximum.accumulate(
-            np.where(np.diff(rank, axis=0, prepend=-1) > 0, np.arange(num)[:, None], 0), axis=0
-        )
-        many = rank.max(axis=0, initial=-1) >= MAX_BINS
-        rank[:, many] = _steps(first[:, many] * MAX_BINS // max(num, 1))
-        codes = np.empty(columns.T.shape, dtype=np.int64)
-        np.put_along_axis(codes, order.T, rank.T, axis=1)
+        codes, num = ranks_of(columns), len(columns)
+        many = np.flatnonzero(codes.max(axis=1, initial=-1) >= MAX_BINS)
+        if len(many):
+            ascending = np.sort(codes[many], axis=1)
+            # The number of labels with a smaller value, which is the same for equal values.
+            below = np.where(np.diff(ascending, axis=1, prepend=-1) > 0, np.arange(num), 0)
+            bins = np.maximum.accumulate(below, axis=1) * MAX_BINS // num
+            order = np.argsort(codes[many], axis=1, kind="stable")
+            binned = np.empty_like(bins)
+            np.put_along_axis(binned, order, _steps(bins.T).T, axis=1)
+            codes[many] = binned
         return cls(codes, codes.max(axis=1, initial=-1) + 1)
 
     def __len__(self) -> int:
@@ -54,6 +55,18 @@ class BinnedColumns:
     def take(self, columns: Ints) -> BinnedColumns:
         """Some of the columns."""
         return BinnedColumns(self.codes[columns], self.sizes[columns])
+
+
+def ranks_of(columns: Floats) -> Ints:
+    """[C, n] index of each value among the different values of its column, for columns [n, C].
+
+    >>> ranks_of(np.array([[0.5], [0.1], [0.5], [0.9]])).tolist()
+    [[1, 0, 1, 2]]
+    """
+    order = np.argsort(columns, axis=0, kind="stable")
+    ranks = np.empty(columns.T.shape, dtype=np.int64)
+    np.put_along_axis(ranks, order.T, _steps(np.take_along_axis(columns, order, axis=0)).T, axis=1)
+    return ranks
 
 
 def _steps(ascending: Floats | Ints) -> Ints:

@@ -16,7 +16,7 @@ from grammarlab.arrays import Flags, Floats
 
 Words = NDArray[np.uint64]
 
-MAX_FLAGS = 6
+MAX_ODD = 6
 """Largest number of flags of a set."""
 _MAX_TRIALS = 300_000
 """Largest number of sets of a size that are tried, those of the most even flags. More are only slower."""
@@ -39,7 +39,7 @@ def odd_sets(flags: Floats, liked: Flags) -> Iterator[tuple[int, ...]]:
     bits, wanted, num = _packed(flags[:, even].T > 0.0), _packed(liked[None])[0], len(liked)
     # Parities of all sets of the size before, in the order of their last flag: of those before a flag, the first.
     before = np.zeros((1, bits.shape[1]), dtype=np.uint64)
-    for size in range(1, MAX_FLAGS + 1):
+    for size in range(1, MAX_ODD + 1):
         blocks, best = list[Words](), list[tuple[int, int]]()
         for flag in range(size - 1, _width(len(bits), size)):
             parities = before[: comb(flag, size - 1)] ^ bits[flag]

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats
-from grammarlab.preference.judge import parities
-from grammarlab.preference.judge.parities import odd_sets
+from grammarlab.preference.judge.parities import MAX_ODD, odd_sets
 from grammarlab.preference.judge.screening import explained
 
 MAX_FLAGS = 5
@@ -26,9 +25,9 @@ _BEAM = 12
 """Number of sums of flags that grow."""
 _NUM_PAIRS = 24
 """Number of pairs of flags, of which one but not both hold, that are kept."""
-_ODD_SIZES = parities.MAX_FLAGS - 2
+_ODD_SIZES = MAX_ODD - 2
 """Number of sizes of larger odd sets."""
-_MAX_ODD = 1_000
+_MAX_PAIRED = 1_000
 """Largest number of flags of which pairs are tried, those that are most even."""
 
 
@@ -65,7 +64,7 @@ def votes(flags: Floats, scores: Floats) -> list[Vote]:
 
 def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
     """Either of two flags but not both."""
-    even = np.argsort(np.abs(flags.mean(axis=0) - 0.5), kind="stable")[:_MAX_ODD]
+    even = np.argsort(np.abs(flags.mean(axis=0) - 0.5), kind="stable")[:_MAX_PAIRED]
     signs = 2.0 * flags[:, even] - 1.0
     centred = scores - scores.mean()
     means = signs.T @ signs / len(scores)
