@@ -33,14 +33,12 @@ def composed_columns(
     table = space.vocabulary(designs, options).apply(designs)
     known = table.counts.toarray()
     candidates = space.candidates(designs)
-    features = frozenset(table.features)
-    new = np.array([formula not in features for formula in candidates.formulas], dtype=bool)
-    new &= ~_same(candidates.values, known)
+    new = np.flatnonzero(~_same(candidates.values, known))
     composed, prices = candidates.values[:, new], candidates.prices[new]
-    formulas = [formula for formula, is_new in zip(candidates.formulas, new.tolist(), strict=True) if is_new]
     flags, of_flags = _flags(known, table.features)
     verdict = judged(_varying(known), composed, prices, flags, scores)
-    found = [formulas[index] for index in verdict.accepted] + [_formula(vote, of_flags) for vote in verdict.votes]
+    found = [candidates.makers[new[index]]() for index in verdict.accepted]
+    found += [_formula(vote, of_flags) for vote in verdict.votes]
     return dict(zip(found, verdict.prices, strict=True))
 
 

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Floats
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.tastes import arithmetic, relations, sequences, shares
 from grammarlab.tastes.basic_quantities import Elements
@@ -34,17 +35,17 @@ Production: TypeAlias = Callable[[Elements], Iterator[Block]]
 class Candidates:
     """C candidates: elements in the order of the productions, then what is made of them, the cheapest first."""
 
-    formulas: tuple[Feature, ...]
-    """[C] what they are."""
+    makers: tuple[Callable[[], Feature], ...]
+    """[C] functions that make what they are: few of many thousands are ever needed."""
     values: Floats
     """[n, C] their values for n designs."""
     prices: Floats
     """[C] their prices in nats."""
 
-    @property
-    def flags(self) -> Ints:
-        """Indices of the candidates that are 0 or 1, from which conditions such as "two of three" are made."""
-        return np.flatnonzero(((self.values == 0.0) | (self.values == 1.0)).all(axis=0))
+    @cached_property
+    def formulas(self) -> tuple[Feature, ...]:
+        """[C] what they are."""
+        return tuple(make() for make in self.makers)
 
 
 def counts(elements: Elements) -> Iterator[Block]:
@@ -118,20 +119,20 @@ def priced(blocks: Sequence[Block], num_productions: int) -> list[_Priced]:
 def collected(productions: Sequence[Sequence[_Priced]], num: int) -> Candidates:
     """The different columns of productions for ``num`` designs."""
     most = min(MAX_CANDIDATES, MAX_VALUES // max(num, 1))
-    forms, formulas, prices = set[bytes](), list[Feature](), list[float]()
+    forms, makers, prices = set[bytes](), list[Callable[[], Feature]](), list[float]()
     columns = np.empty((most, num))
     parts = [part for parts in productions for part in parts]
     for block, price in sorted(parts, key=lambda part: part.price if part.block.operators else 0.0):
-        if len(formulas) >= most:
+        if len(makers) >= most:
             break
         values = block.values()
         for index, form in _forms(values):
-            if form not in forms and len(formulas) < most:
+            if form not in forms and len(makers) < most:
                 forms.add(form)
-                columns[len(formulas)] = values[:, index]
-                formulas.append(block.formula(index))
+                columns[len(makers)] = values[:, index]
+                makers.append(partial(block.formula, index))
                 prices.append(price)
-    return Candidates(tuple(formulas), columns[: len(formulas)].T, np.array(prices))
+    return Candidates(tuple(makers), columns[: len(makers)].T, np.array(prices))
 
 
 def _forms(values: Floats) -> Iterator[tuple[int, bytes]]:
