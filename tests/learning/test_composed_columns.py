@@ -46,8 +46,8 @@ def found(value, noise=0.0):
 
 def says(column, value):
     """Whether a column orders designs as a value does, or the other way round."""
-    ranks = [np.unique(numbers, return_inverse=True)[1].reshape(-1) for numbers in (column, value)]
-    return np.array_equal(*ranks) or np.array_equal(ranks[0].max() - ranks[0], ranks[1])
+    first, second = (np.unique(numbers, return_inverse=True)[1].reshape(-1) for numbers in (column, value))
+    return np.array_equal(first, second) or np.array_equal(first.max() - first, second)
 
 
 @pytest.mark.parametrize("noise", [0.0, 10.0])
