@@ -130,9 +130,9 @@ class _Scene:
         triangles = _triangles_of(mode, rows)
         if len(triangles):
             part = MeshPart.of_triangles(points, triangles)
-            yield MeshPart(*_instanced(part.points, part.triangles, matrices), self._color(primitive))
+            yield MeshPart.of_triangles(*_instanced(part.points, part.triangles, matrices), self._color(primitive))
         elif mode == _POINTS:
-            yield MeshPart(*_instanced(points[rows], triangles, matrices))
+            yield MeshPart.of_points(_instanced(points[rows], triangles, matrices)[0])
 
     def _color(self, primitive: dict[str, Any]) -> Color | None:
         if "material" not in primitive:

@@ -20,8 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats
-from grammarlab.assets.mesh_parts import Indices, MeshPart, Neighbours, joined
+from grammarlab.assets.mesh_parts import MeshPart, Neighbours, as_one_mesh
 from grammarlab.errors import AssetError, MissingAssetError
 from grammarlab.files import read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -42,7 +41,7 @@ class Asset:
     """One mesh from a file."""
 
     meshes: Meshes
-    """One mesh of triangles in the unit cube."""
+    """One mesh in the unit cube."""
     low: NDArray[np.float64]
     """[3] low corner of its bounding box in the file, in the file's units."""
     size: NDArray[np.float64]
@@ -105,14 +104,11 @@ def load_asset(path: str, root: Path) -> Asset:
     file = find_asset(path, root)
     if file.suffix.lower() not in _ASSET_FORMATS:
         raise AssetError(f'the asset "{path}" is not a readable mesh; expected {", ".join(_ASSET_FORMATS)}')
-    points, triangles = _read(file, path, root)
-    low, high = points.min(axis=0), points.max(axis=0)
+    mesh = as_one_mesh(_read(file, path, root))
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     size = high - low
-    unit = (points - low) * np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
-    ends = np.array([0, len(triangles)]), np.array([0, len(unit)])
-    tags = np.zeros(len(triangles), np.int8)
-    offsets = np.arange(0, triangles.size + 1, 3, dtype=np.int64)
-    return Asset(Meshes(unit, triangles.ravel(), offsets, *ends, tags), low, size)
+    unit = (mesh.points - low) * np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
+    return Asset(mesh.with_points(unit), low, size)
 
 
 def find_asset(path: str, root: Path) -> Path:
@@ -155,7 +151,7 @@ def read_parts(content: bytes, suffix: str, neighbours: Neighbours, most_triangl
         parts = read_obj(content, neighbours)
     else:
         parts = _read_others(content, suffix)
-    num_triangles = sum(len(part.triangles) for part in parts)
+    num_triangles = sum(part.num_triangles for part in parts)
     if num_triangles > most_triangles:
         raise AssetError(f"it has {num_triangles:,} triangles; at most {most_triangles:,} are read: simplify it first")
     return parts
@@ -197,19 +193,17 @@ def _look_up(root: Path, meaning: str, path: str) -> tuple[Path, int | None]:
     return file, size
 
 
-def _read(file: Path, name: str, root: Path) -> tuple[Floats, Indices]:
-    """Points [P, 3] and triangles [T, 3] of all parts of a file."""
+def _read(file: Path, name: str, root: Path) -> list[MeshPart]:
+    """The parts of a file that have faces, at least one."""
     neighbours = NeighbourFiles(file.parent.relative_to(root.resolve()), root, MAX_BYTES)
     content = _content(file, name, MAX_BYTES)
     try:
-        parts = [
-            part for part in read_parts(content, file.suffix.lower(), neighbours, MAX_FACES) if part.triangles.size
-        ]
+        parts = [part for part in read_parts(content, file.suffix.lower(), neighbours, MAX_FACES) if len(part.counts)]
     except AssetError as error:
         raise AssetError(f'the asset "{name}" cannot be read: {error}') from error
     if not parts:
         raise AssetError(f'the asset "{name}" has no faces')
-    return joined(parts)
+    return parts
 
 
 def _content(file: Path, name: str, most: int) -> bytes:
@@ -252,4 +246,4 @@ def _quiet(logger: logging.Logger) -> Iterator[None]:
 def _part(geometry: Any) -> MeshPart:
     points = np.asarray(geometry.vertices, dtype=np.float64).reshape(-1, np.shape(geometry.vertices)[-1])
     triangles = np.asarray(getattr(geometry, "faces", ()), dtype=np.int64).reshape(-1, 3)
-    return MeshPart.of_triangles(points, triangles) if len(triangles) else MeshPart(points, triangles)
+    return MeshPart.of_triangles(points, triangles) if len(triangles) else MeshPart.of_points(points)

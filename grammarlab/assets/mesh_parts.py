@@ -9,8 +9,11 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, offsets_from_counts
 from grammarlab.errors import AssetError
+from grammarlab.geometry.meshes.measure import is_convex
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.triangulate import triangulate
 
 Indices: TypeAlias = NDArray[np.int64]
 Color: TypeAlias = tuple[float, float, float, float]
@@ -20,24 +23,29 @@ Neighbours: TypeAlias = Callable[[str], bytes]
 
 FARTHEST = 1e12
 """Largest coordinate that is read, in the units of the file: squares and cubes of larger ones lose their digits."""
+MOST_WORK = 10**9
+"""Bound on the sum of squared numbers of corners of concave faces, to which the time of ear clipping is proportional
+at worst."""
 
 
 @dataclass(frozen=True, slots=True)
 class MeshPart:
-    """Triangles of one color, or points without faces."""
+    """Faces of one color, or points without faces."""
 
     points: Floats
-    """[P, 3] points; each is a corner of a triangle if there are triangles."""
-    triangles: Indices
-    """[T, 3] rows of `points`; T is 0 for a scan."""
+    """[P, 3] points; each is a corner of a face if there are faces."""
+    corners: Indices
+    """[C] rows of `points`: the corners of the faces, one face after the other; C is 0 for a scan."""
+    counts: Indices
+    """[F] number of corners of each face, at least 3."""
     color: Color | None = None
     """Main color of its material; None if the file has none."""
 
     def __post_init__(self) -> None:
-        """Refuse points and triangles that no program can use.
+        """Refuse points and faces that no program can use.
 
         Raises:
-            AssetError: If a coordinate is not finite or too large, or a triangle has a corner that does not exist.
+            AssetError: If a coordinate is not finite or too large, or a face has a corner that does not exist.
         """
         if self.points.ndim != 2 or self.points.shape[1] != 3:
             raise AssetError("it has points without three coordinates")
@@ -45,36 +53,103 @@ class MeshPart:
             raise AssetError("it has points that are not finite numbers")
         if not (np.abs(self.points) <= FARTHEST).all():
             raise AssetError(f"it has coordinates larger than {FARTHEST:g}")
-        if self.triangles.size and not 0 <= self.triangles.min() <= self.triangles.max() < len(self.points):
+        if self.corners.size and not 0 <= self.corners.min() <= self.corners.max() < len(self.points):
             raise AssetError("it has faces with corners that do not exist")
 
     @classmethod
+    def of_faces(cls, points: Floats, corners: Indices, counts: Indices, color: Color | None = None) -> MeshPart:
+        """Faces with their own corners among points [P, 3] that other parts may use.
+
+        Raises:
+            AssetError: If a face has a corner that does not exist.
+        """
+        used, rows = np.unique(corners, return_inverse=True)
+        if len(used) and not 0 <= used[0] <= used[-1] < len(points):
+            raise AssetError(f"it has {len(points):,} points, and faces with corners that do not exist")
+        return cls(points[used], rows.ravel().astype(np.int64), counts, color)
+
+    @classmethod
     def of_triangles(cls, points: Floats, triangles: Indices, color: Color | None = None) -> MeshPart:
-        """Triangles with their own corners among points [P, 3] that other parts may use.
+        """Triangles [T, 3] with their own corners among points [P, 3] that other parts may use.
 
         Raises:
             AssetError: If a triangle has a corner that does not exist.
         """
-        used, rows = np.unique(triangles, return_inverse=True)
-        if len(used) and not 0 <= used[0] <= used[-1] < len(points):
-            raise AssetError(f"it has {len(points):,} points, and faces with corners that do not exist")
-        return cls(points[used], rows.reshape(-1, 3).astype(np.int64), color)
+        return cls.of_faces(points, triangles.ravel(), np.full(len(triangles), 3), color)
+
+    @classmethod
+    def of_points(cls, points: Floats) -> MeshPart:
+        """Points [P, 3] without faces."""
+        return cls(points, np.zeros(0, np.int64), np.zeros(0, np.int64))
+
+    @property
+    def num_triangles(self) -> int:
+        """Number of triangles that cover the faces."""
+        return len(self.corners) - 2 * len(self.counts)
+
+    @property
+    def triangles(self) -> Indices:
+        """[T, 3] rows of `points`: triangles that cover the faces, computed anew each time.
+
+        The second triangle of a quadrilateral begins with its third corner, as in common readers of OBJ.
+        """
+        if (self.counts == 3).all():
+            return self.corners.reshape(-1, 3)
+        meshes = self._unshared()
+        triangles, face = triangulate(meshes)
+        halves = np.flatnonzero((self.counts[face] == 4) & (np.append(-1, face[:-1]) == face))
+        fans = halves[triangles[halves, 0] == meshes.face_offsets[face[halves]]]
+        triangles[fans] = np.roll(triangles[fans], -1, axis=1)
+        return self.corners[triangles]
+
+    def require_simple(self) -> None:
+        """Refuse concave faces of so many corners that they cannot be cut into triangles in reasonable time.
+
+        Raises:
+            AssetError: If there are such faces.
+        """
+        if (self.counts**2).sum() <= MOST_WORK:
+            return
+        concave = self.counts[~is_convex(self._unshared())]
+        if (concave**2).sum() > MOST_WORK:
+            raise AssetError(
+                f"its concave faces have too many corners (up to {concave.max():,} each); triangulate it first"
+            )
+
+    def _unshared(self) -> Meshes:
+        """Each face as a mesh, near the origin: products of national coordinates leave no digits for centimetres."""
+        return Meshes.from_polygons((self.points - self.points.mean(axis=0))[self.corners], self.counts)
 
 
 def joined(parts: Sequence[MeshPart]) -> tuple[Floats, Indices]:
     """The points [P, 3] of all parts one after the other, and their triangles [T, 3] as rows of these points.
 
-    >>> corner = MeshPart(np.eye(3), np.array([[0, 1, 2]]))
+    >>> corner = MeshPart.of_triangles(np.eye(3), np.array([[0, 1, 2]]))
     >>> joined([corner, corner])[1].tolist()
     [[0, 1, 2], [3, 4, 5]]
     """
-    firsts = np.cumsum([0, *(len(part.points) for part in parts)])
+    firsts = _firsts(parts)
     triangles = [part.triangles + first for part, first in zip(parts, firsts, strict=False)]
-    no_points = np.zeros((0, 3))
-    return (
-        np.concatenate([no_points, *(part.points for part in parts)]),
-        np.concatenate([no_points.astype(np.int64), *triangles]),
-    )
+    return _all_points(parts), np.concatenate([np.zeros((0, 3), np.int64), *triangles])
+
+
+def as_one_mesh(parts: Sequence[MeshPart]) -> Meshes:
+    """The faces of all parts, as polygons of one mesh."""
+    points = _all_points(parts)
+    corners = [part.corners + first for part, first in zip(parts, _firsts(parts), strict=False)]
+    counts = np.concatenate([np.zeros(0, np.int64), *(part.counts for part in parts)])
+    ends = np.array([0, len(counts)]), np.array([0, len(points)])
+    every_corner = np.concatenate([np.zeros(0, np.int64), *corners])
+    return Meshes(points, every_corner, offsets_from_counts(counts), *ends, np.zeros(len(counts), np.int8))
+
+
+def _firsts(parts: Sequence[MeshPart]) -> list[int]:
+    """Number of points before each part."""
+    return np.cumsum([0, *(len(part.points) for part in parts)]).tolist()
+
+
+def _all_points(parts: Sequence[MeshPart]) -> Floats:
+    return np.concatenate([np.zeros((0, 3)), *(part.points for part in parts)])
 
 
 def color_of(channels: object) -> Color | None:

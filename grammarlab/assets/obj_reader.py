@@ -1,7 +1,7 @@
-"""Polygons of OBJ files as triangles.
+"""Polygons of OBJ files.
 
-Concave faces, such as a wall around its windows, are covered without their notches; a negative number of a corner
-counts back from the line of its face. Lines, points, curves and surfaces are left out.
+Faces keep all of their corners; a negative number of a corner counts back from the line of its face. Lines, points,
+curves and surfaces are left out.
 """
 
 from __future__ import annotations
@@ -14,13 +14,7 @@ import numpy as np
 from grammarlab.arrays import Floats, row_of_value
 from grammarlab.assets.mesh_parts import FARTHEST, Color, Indices, MeshPart, Neighbours, color_of
 from grammarlab.errors import AssetError
-from grammarlab.geometry.meshes.measure import is_convex
-from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.meshes.triangulate import triangulate
 
-MOST_WORK = 10**9
-"""Bound on the sum of squared numbers of corners of concave faces, to which the time of ear clipping is proportional
-at worst."""
 _FREE_FORM = frozenset({b"curv", b"curv2", b"surf"})
 _MAX_CHARACTERS = 60
 """Characters of a line that a message shows."""
@@ -59,8 +53,8 @@ def read_obj(content: bytes, neighbours: Neighbours) -> list[MeshPart]:
         AssetError: If a line is invalid, or concave faces have too many corners.
 
     >>> wall = b"v 0 0 0\nv 4 0 0\nv 4 4 0\nv 2 1 0\nv 0 4 0\nf -5 -4 -3 -2 -1"
-    >>> read_obj(wall, lambda name: b"")[0].triangles.tolist()
-    [[3, 4, 0], [3, 0, 1], [3, 1, 2]]
+    >>> read_obj(wall, lambda name: b"")[0].counts.tolist()
+    [5]
     """
     lines = _joined(content)
     text = _statements(lines)
@@ -70,11 +64,10 @@ def read_obj(content: bytes, neighbours: Neighbours) -> list[MeshPart]:
             raise AssetError(
                 f"it has no faces but free-form geometry ({text.free_form.decode()}); export it as polygons"
             )
-        return [MeshPart(points, np.zeros((0, 3), np.int64))] if len(points) else []
+        return [MeshPart.of_points(points)] if len(points) else []
     counts = np.array(text.counts)
     corners = _checked_corners(counts, text, points)
-    triangles, face = _triangles(points, corners, counts)
-    return _by_color(points, triangles, face, _colors(text, neighbours))
+    return _by_color(points, corners, counts, _colors(text, neighbours))
 
 
 def _joined(content: bytes) -> list[bytes]:
@@ -176,38 +169,20 @@ def _checked_corners(counts: Indices, text: _Text, points: Floats) -> Indices:
     return corners
 
 
-def _triangles(points: Floats, corners: Indices, counts: Indices) -> tuple[Indices, Indices]:
-    """[T, 3] points of the triangles of faces, and [T] their faces.
+def _by_color(points: Floats, corners: Indices, counts: Indices, colors: Sequence[Color | None]) -> list[MeshPart]:
+    """A part for each color, in the order of their first faces.
 
     Raises:
         AssetError: If concave faces have too many corners.
     """
-    if (counts == 3).all():
-        return corners.reshape(-1, 3), np.arange(len(counts))
-    # Near the origin, since products of national coordinates leave no digits for centimetres.
-    meshes = Meshes.from_polygons((points - points.mean(axis=0))[corners], counts)
-    concave = counts[~is_convex(meshes)]
-    if (concave**2).sum() > MOST_WORK:
-        raise AssetError(
-            f"its concave faces have too many corners (up to {concave.max():,} each); triangulate it first"
-        )
-    triangles, face = triangulate(meshes)
-    # The second triangle of a quadrilateral begins with its third corner, as in common readers of OBJ: the first edge
-    # of a face decides how rules split it.
-    halves = np.flatnonzero((counts[face] == 4) & (np.append(-1, face[:-1]) == face))
-    fans = halves[triangles[halves, 0] == meshes.face_offsets[face[halves]]]
-    triangles[fans] = np.roll(triangles[fans], -1, axis=1)
-    return corners[triangles], face
-
-
-def _by_color(points: Floats, triangles: Indices, face: Indices, colors: Sequence[Color | None]) -> list[MeshPart]:
-    """A part for each color, in the order of their first faces."""
     numbers = {color: number for number, color in enumerate(dict.fromkeys(colors))}
-    number = np.array([numbers[color] for color in colors])[face]
-    return [
-        MeshPart.of_triangles(points, triangles[number == number_of_color], color)
-        for color, number_of_color in numbers.items()
-    ]
+    number = np.array([numbers[color] for color in colors])
+    parts = []
+    for color, number_of_color in numbers.items():
+        faces = number == number_of_color
+        parts.append(MeshPart.of_faces(points, corners[faces.repeat(counts)], counts[faces], color))
+        parts[-1].require_simple()
+    return parts
 
 
 def _colors(text: _Text, neighbours: Neighbours) -> list[Color | None]:

@@ -7,10 +7,11 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.assets import obj_reader
+from grammarlab.assets import mesh_parts
 from grammarlab.assets.mesh_files import load_asset, without_neighbours
 from grammarlab.assets.obj_reader import read_obj
 from grammarlab.errors import AssetError
+from grammarlab.geometry.meshes.measure import face_areas
 
 NOTCHED = [(0, 0), (2, 0), (2, 2), (3, 2), (3, 0), (5, 0), (5, 3), (0, 3)]
 """A wall of 5 x 3 m around a door of 1 x 2 m."""
@@ -142,17 +143,21 @@ def test_each_color_of_a_library_is_a_part():
 
 
 def test_faces_of_too_many_corners_are_refused(monkeypatch):
-    monkeypatch.setattr(obj_reader, "MOST_WORK", 63)
+    monkeypatch.setattr(mesh_parts, "MOST_WORK", 63)
     with pytest.raises(AssetError, match="up to 8 each"):
         mesh_of(obj_text(NOTCHED))
 
 
-def test_an_asset_has_the_notches_of_its_faces(tmp_path):
-    (tmp_path / "door.obj").write_bytes(obj_text(NOTCHED))
-    meshes = load_asset("door.obj", tmp_path).meshes
-    corners = meshes.points[meshes.corners.reshape(-1, 3)]
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2.0
-    assert areas.sum() == pytest.approx(13.0 / 15.0)
+def test_an_asset_keeps_its_polygons_as_they_are(tmp_path):
+    door, square = obj_text(NOTCHED), b"v 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf -4 -3 -2 -1\nf -4 -3 -2\n"
+    (tmp_path / "door.obj").write_bytes(door + square)
+    asset = load_asset("door.obj", tmp_path)
+    corners = asset.meshes.points[asset.meshes.corner_points()] * asset.size + asset.low
+    faces = [face.tolist() for face in np.split(corners, asset.meshes.face_offsets[1:-1])]
+    one = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.0, 1.0, 1.0]]
+    assert np.round(faces[0], 12).tolist() == [[x, y, 0.0] for x, y in NOTCHED]
+    assert faces[1:] == [one, one[:3]]
+    assert face_areas(asset.meshes.with_points(asset.meshes.points * asset.size)) == pytest.approx([13.0, 1.0, 0.5])
 
 
 def test_the_second_half_of_a_quadrilateral_begins_with_its_third_corner():

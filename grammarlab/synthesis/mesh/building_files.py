@@ -66,7 +66,7 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     parts = _parts(path, kind)
     points, triangles = joined(parts)
     points *= unit
-    num = sum(len(part.triangles) for part in parts)
+    num = len(triangles)
     colors = list(dict.fromkeys(part.color or _GREY for part in parts))
     material = np.concatenate([np.full(len(part.triangles), colors.index(part.color or _GREY)) for part in parts])
     used = points[triangles.ravel()]
@@ -127,7 +127,7 @@ def _parts(path: Path, kind: str) -> list[MeshPart]:
         parts = read_parts(read_bounded(path, _MOST_BYTES), kind, neighbours, _MOST_TRIANGLES)
     except AssetError as error:
         raise FacadeError(f"{path.name} cannot be read: {error}") from error
-    with_faces = [part for part in parts if len(part.triangles)]
+    with_faces = [part for part in parts if len(part.counts)]
     if not with_faces:
         raise FacadeError(f"{path.name} holds no faces.")
     return with_faces
