@@ -25,7 +25,7 @@ from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import ProductPreference
-from grammarlab.preference.likelihood import value_of
+from grammarlab.preference.person import value_of
 from grammarlab.preference.processes.disagreement import joint
 
 NUM_MORE = 16

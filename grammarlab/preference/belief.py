@@ -23,9 +23,8 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.cells.cells import grid_of
-from grammarlab.preference.cells.person_error import NOISES
 from grammarlab.preference.held_out_share import some_labels
-from grammarlab.preference.likelihood import expected_score, log_likelihood
+from grammarlab.preference.person import NOISES, expected_score, log_likelihood
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.unexplained import Unexplained, folds_of, unexplained
 
@@ -111,9 +110,9 @@ def gain_of(flat: Unexplained, scores: Floats, fold: Ints, means: Floats, sds: F
         means: [n] predicted means of scores.
         sds: [n] >= 0, standard deviations of these means.
     """
-    likelihoods = np.exp(log_likelihood(scores, flat.grid, flat.noise, flat.blunders).astype(np.float64))
+    likelihoods = np.exp(log_likelihood(scores, flat.grid, *flat.person).astype(np.float64))
     values = flat.held_out[fold]
-    away = (means[:, None] - expected_score(flat.grid, flat.noise, blunders=0.0)) ** 2
+    away = (means[:, None] - expected_score(flat.grid, flat.person.noise, blunders=0.0)) ** 2
     # A common factor changes nothing, and keeps the largest of each row at 1.
     away -= away.min(axis=1, keepdims=True)
     variances = sds**2 + np.array(NOISES)[:, None] ** 2

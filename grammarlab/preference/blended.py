@@ -20,13 +20,12 @@ from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction
 from grammarlab.preference.belief import SURE, belief, believed, process_gain
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
-from grammarlab.preference.cells.person_error import NOISES
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.held_out_share import MAX_HELD_OUT, held_out
 from grammarlab.preference.judge import judge
 from grammarlab.preference.judge.judged_labels import selected
-from grammarlab.preference.likelihood import value_of
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
+from grammarlab.preference.person import NOISES, Person, value_of
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.unexplained import Unexplained, folds_of, unexplained
@@ -101,7 +100,7 @@ class BlendedPreference(AbstractPreference):
         """Predicted values, as the process learns means of scores, and the deviation of scores around them."""
         prediction, noise_variance = self.process.predict(rows), self.process.noise_variance
         deviation = np.sqrt(np.maximum(prediction.std**2 - noise_variance, 0.0) + self.noise**2)
-        return Prediction(value_of(prediction.mean, *self._error_model), deviation)
+        return Prediction(value_of(prediction.mean, *self.person), deviation)
 
     def column_weights(self) -> Floats:
         return self.process.column_weights()
@@ -109,12 +108,12 @@ class BlendedPreference(AbstractPreference):
     @property
     def noise(self) -> float:
         """Standard deviation of a score around its value, in points."""
-        return self._error_model[0]
+        return self.person.noise
 
     @property
     def blunders(self) -> float:
         """Probability of a random score."""
-        return self._error_model[1]
+        return self.person.blunders
 
     @property
     def num_labels(self) -> int:
@@ -122,8 +121,8 @@ class BlendedPreference(AbstractPreference):
         return len(self.partition.cells.scores)
 
     @property
-    def _error_model(self) -> tuple[float, float]:
-        """Noise and blunders for the values of the process: each part is overconfident where it does not fit.
+    def person(self) -> Person:
+        """The person for the values of the process: each part is overconfident where it does not fit.
 
         Cells call noise what they do not divide, and a process explains noise by its function, which then appears in
         the errors on held-out scores. While cells divide nothing, these errors also contain the preference itself.
@@ -131,7 +130,7 @@ class BlendedPreference(AbstractPreference):
         process_noise = float(np.sqrt(self.process.noise_variance))
         understated = _MAX_NOISE_FACTOR if self.partition.trees[0].split is not None else 1.0
         noise = min(self.partition.noise, max(_MAX_NOISE_FACTOR * process_noise, understated * self.held_out_error))
-        return max(noise, NOISES[0]), self.partition.blunders if noise > NOISES[0] else 0.0
+        return Person(max(noise, NOISES[0]), self.partition.blunders if noise > NOISES[0] else 0.0)
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         total = np.zeros(len(group_names))

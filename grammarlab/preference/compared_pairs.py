@@ -18,8 +18,9 @@ from scipy.special import ndtr
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
+from grammarlab.preference.person import MODEL_NOISE
 from grammarlab.preference.processes.disagreement import cautious_weights, joint
-from grammarlab.preference.queries import MIN_HIGHEST, MIN_NOISE, SMALL_PART, Situation
+from grammarlab.preference.queries import MIN_HIGHEST, SMALL_PART, Situation
 
 _MAX_CANDIDATES = 240, 60, 100
 """Largest numbers of candidates: from the grammar, from elsewhere, and with labels."""
@@ -108,14 +109,14 @@ def _expected(preference: AbstractPreference, rows: Floats) -> tuple[Floats, Flo
     """Mean [m] and covariance [m, m] of the values of rows [m, F], and the variance of the noise of one value."""
     if not isinstance(preference, BlendedPreference):
         predicted = preference.predict(rows)
-        return predicted.mean, np.diag(predicted.std**2), MIN_NOISE**2
+        return predicted.mean, np.diag(predicted.std**2), MODEL_NOISE**2
     share = preference.share
     by_process, among = joint(preference.process, rows, cautious_weights(preference.process, rows))
     by_cells, between = preference.partition.joint(rows)
     apart = by_process - by_cells
     mean = share * by_process + (1.0 - share) * by_cells
     covariance = share * among + (1.0 - share) * between + share * (1.0 - share) * np.outer(apart, apart)
-    return mean, covariance, max(preference.noise, MIN_NOISE) ** 2
+    return mean, covariance, max(preference.noise, MODEL_NOISE) ** 2
 
 
 def _candidates(situation: Situation, least: int, randomness: np.random.Generator) -> Ints:

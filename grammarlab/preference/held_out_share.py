@@ -15,9 +15,8 @@ from threadpoolctl import threadpool_limits
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.cells.partition import PartitionPreference
-from grammarlab.preference.cells.person_error import BLUNDERS, NOISES
-from grammarlab.preference.likelihood import expected_score
 from grammarlab.preference.observations import observe
+from grammarlab.preference.person import MODEL_NOISES, START_BLUNDERS, expected_score
 from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.unexplained import folds_of
 
@@ -33,8 +32,6 @@ one bound more or less decides about many of the scores that boxes disputed."""
 _LIKELIHOOD_POWER = 0.25
 """Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
 their structure from all scores."""
-_NOISES = (3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
-"""Candidate standard deviations of the errors on held-out scores, in points."""
 _MIN_SHARE = 0.005
 """Share of the process below which it is left out."""
 NUM_FOLDS = 3
@@ -112,10 +109,10 @@ def _share(rows: Floats, scores: Floats, predicted: Floats, cells: PartitionPref
     if cells.predict(rows).mean.max() < _MIN_LIKED:
         return 1.0
     # Boxes that contradict no score are no worse for missing some of them, held out near a bound.
-    if cells.boxes and cells.noise <= NOISES[0] and cells.blunders <= BLUNDERS[0]:
+    if cells.boxes and not cells.person.errs:
         return 0.0
     _, row = np.unique(rows, axis=0, return_inverse=True)
-    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_CELLS, BLUNDERS[1])
+    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_CELLS, START_BLUNDERS)
     return share_by(predicted, scores, row.reshape(-1), *prior)
 
 
@@ -124,7 +121,7 @@ def share_by(
     scores: Floats,
     row: Ints,
     odds_of_cells: float = _ODDS_OF_CELLS,
-    blunders: float = BLUNDERS[1],
+    blunders: float = START_BLUNDERS,
 ) -> float:
     """The share of the process by held-out scores.
 
@@ -139,7 +136,7 @@ def share_by(
     process, cells, mean_scores = (np.bincount(row, values) / np.bincount(row) for values in (*predicted, scores))
     errors = shares * process + (1.0 - shares) * cells - mean_scores
     likelihoods = np.full(len(PROCESS_SHARES), -np.inf)
-    for noise in _NOISES:
+    for noise in MODEL_NOISES:
         densities = np.exp(-0.5 * (errors / noise) ** 2) / (noise * np.sqrt(2.0 * np.pi))
         likelihood = np.log((1.0 - blunders) * densities + blunders / MAX_SCORE).sum(axis=1)
         likelihoods = np.logaddexp(likelihoods, likelihood)

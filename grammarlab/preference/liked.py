@@ -15,20 +15,16 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.partition import PartitionPreference
-from grammarlab.preference.likelihood import expected_score
 from grammarlab.preference.observations import observe
+from grammarlab.preference.person import EXACT_NOISE, MODEL_NOISE, expected_score
 from grammarlab.preference.processes.posterior import Hyperparameters, condition
 
-EXACT_NOISE = 1.5
-"""Largest noise in points of a person without errors."""
 RARE_SHARE = 1 / 16
 """Share of liked models among `MIN_SCORED` or more scored ones below which liked models are rare."""
 MIN_SCORED = 64
 """Smallest number of scored models for a share of liked ones."""
 FEW_LIKED = 4
 """Number of liked models from which questions follow from explanations only."""
-MIN_NOISE = 3.0
-"""Smallest standard deviation of cells, in points."""
 _FAR_DEVIATIONS = 2.5
 """Number of standard deviations of the noise that scores of disliked models rarely exceed: one in 160 does."""
 _MIN_SCORE_SHARE = 0.25
@@ -117,7 +113,7 @@ def most_unexplained(
         randomness: decides between equally similar models.
     """
     cells = preference.partition
-    values, noise = cells.predict(pool[scored]).mean, max(cells.noise, MIN_NOISE)
+    values, noise = cells.predict(pool[scored]).mean, max(cells.noise, MODEL_NOISE)
     excess = np.maximum(scores - expected_score(values, noise, 0.0), 0.0)
     if not (excess > _MIN_EXCESS_SDS * noise).any():
         return scored[:0]

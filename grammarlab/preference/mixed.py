@@ -22,16 +22,14 @@ from grammarlab.preference.belief import belief, believed
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
-from grammarlab.preference.cells.person_error import PRICE_OF_BLUNDERS
 from grammarlab.preference.held_out_share import MAX_HELD_OUT, NUM_FOLDS, PROCESS_SHARES, Sketch, mean_share
 from grammarlab.preference.labels import Kind
-from grammarlab.preference.likelihood import Intervals, matched
 from grammarlab.preference.observations import checked_groups, checked_kinds
+from grammarlab.preference.person import MODEL_NOISE, START_NOISES, USUAL_BLUNDERS, Intervals, Person, matched
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.processes.grouped_search import AMPLITUDE
 from grammarlab.preference.processes.label_kinds import (
-    BLUNDER_PROBABILITY,
     Judgements,
     LabelObservations,
     judgements_of,
@@ -41,12 +39,8 @@ from grammarlab.preference.processes.label_kinds import (
 from grammarlab.preference.processes.posterior import Hyperparameters
 from grammarlab.preference.unexplained import Unexplained, unexplained
 
-START_NOISE = 5.0
-"""Standard deviation in points before a kernel has been found."""
 _HELD_OUT_POWER = 0.5
 """Power of the likelihood of held-out labels, which were there when the other labels became observations."""
-MIN_NOISE = 3.0
-"""Smallest error in points of predictions of held-out labels."""
 
 
 def fit(
@@ -120,7 +114,7 @@ def _in_turns(
     """Observations from labels under the best kernel, which is found from those under a kernel of equal weights."""
     spread = 2.0 * np.var(judgements.rows, axis=0).sum()
     varies = np.ptp(judgements.rows, axis=0) > 0.0
-    kernel = Hyperparameters(AMPLITUDE[0] * MAX_SCORE**2, varies / max(float(spread), 1.0), START_NOISE**2)
+    kernel = Hyperparameters(AMPLITUDE[0] * MAX_SCORE**2, varies / max(float(spread), 1.0), START_NOISES[1] ** 2)
     observed = label_observations(judgements, kernel, MAX_SCORE / 2.0)
     process = grouped.fit_observed(
         observed.search_observations, groups=groups, continuous=continuous, seed=seed, starts=1
@@ -198,7 +192,7 @@ def _judged(
     undivided = compared.any() and cells.trees[0].split is None
     by_share = evidence[: len(PROCESS_SHARES)]
     share = mean_share(by_share, 1.0) if undivided else mean_share(by_share)
-    price = PRICE_OF_BLUNDERS * flat.blunders
+    price = flat.person.price
     return _Judged(
         share=share,
         process_gain=_HELD_OUT_POWER * float(evidence[-2] - price - evidence[-1]),
@@ -226,9 +220,9 @@ def _alone(bounds: Intervals, compared: Flags) -> Intervals:
     )
 
 
-def _error(cells: PartitionPreference) -> tuple[float, float]:
-    """Noise and blunders for the likelihood of held-out labels."""
-    return max(cells.noise, MIN_NOISE), max(cells.blunders, BLUNDER_PROBABILITY)
+def _error(cells: PartitionPreference) -> Person:
+    """The person for the likelihood of held-out labels."""
+    return Person(max(cells.noise, MODEL_NOISE), max(cells.blunders, USUAL_BLUNDERS))
 
 
 def _log_likelihood(intervals: Intervals, values: Floats, cells: PartitionPreference) -> float:

@@ -19,9 +19,7 @@ from grammarlab.preference.base import MAX_SCORE, AbstractPreference
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
 from grammarlab.preference.cells.box_search import are_many
 from grammarlab.preference.liked import (
-    EXACT_NOISE,
     FEW_LIKED,
-    MIN_NOISE,
     liked,
     liked_are_rare,
     most_similar,
@@ -29,6 +27,7 @@ from grammarlab.preference.liked import (
     noise_of,
     surely_liked,
 )
+from grammarlab.preference.person import EXACT_NOISE, MODEL_NOISE
 from grammarlab.preference.processes.disagreement import (
     cautious_weights,
     conditional_covariance,
@@ -205,12 +204,12 @@ def _disputed(preference: BlendedPreference, situation: Situation, num: int) -> 
     shares, values = cells.opinions(situation.pool)
     away = np.sqrt(shares)[:, None] * (values - shares @ values)
     stakes = np.ones(len(situation.pool)) if situation.weights is None else situation.weights
-    is_open, noise = _is_unscored(situation), max(cells.noise, MIN_NOISE) ** 2
+    is_open, noise = _is_unscored(situation), max(cells.noise, MODEL_NOISE) ** 2
     chosen = list[int]()
     for _ in range(num):
         doubt = np.where(is_open, (away**2).sum(axis=0) * stakes, 0.0)
         best = int(np.argmax(doubt))
-        if doubt[best] < MIN_NOISE**2 * _MIN_DISPUTE:
+        if doubt[best] < MODEL_NOISE**2 * _MIN_DISPUTE:
             break
         chosen.append(best)
         is_open[best] = False
@@ -298,7 +297,7 @@ def _among_liked(preference: BlendedPreference, situation: Situation, candidates
     mean = preference.predict(rows).mean
     highest = float(mean.max(initial=0.0))
     seem = mean > LIKED_PART * highest
-    noise = max(preference.partition.noise, MIN_NOISE) ** 2
+    noise = max(preference.partition.noise, MODEL_NOISE) ** 2
     good = scored_rows[preference.partition.predict(scored_rows).mean > LIKED_PART * highest]
     weights = cautious_weights(preference.process, rows)
     weights = weights + doubtful_weights(preference.process, good if len(good) else scored_rows)
@@ -341,7 +340,7 @@ def _of_cells(preference: BlendedPreference, situation: Situation, candidates: I
     scored_means = cells.predict(scored_rows).mean
     highest = max(float(scored_means.max(initial=0.0)), MIN_HIGHEST)
     good = scored_rows[scored_means > LIKED_PART * highest]
-    noise = max(cells.noise, MIN_NOISE) ** 2
+    noise = max(cells.noise, MODEL_NOISE) ** 2
     mean, covariance = cells.joint(rows)
     stakes = situation.stands_for(candidates) / (np.maximum(mean, 0.0) + SMALL_PART * highest)
     is_open = np.ones(len(candidates), dtype=bool)

@@ -1,7 +1,7 @@
 """The hypothesis that no column explains the scores: every design draws its value from one distribution.
 
 With h(v) the probability of a value v of the grid and p(y | v) the likelihood of a score under a person's error
-(`grammarlab.preference.likelihood`), n scores have the log-likelihood
+(`grammarlab.preference.person`), n scores have the log-likelihood
 
     sum_i log sum_v h(v) p(y_i | v) + sum_v log(h(v)) / G,
 
@@ -19,31 +19,26 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.cells.person_error import BLUNDERS, NOISES, PRICE_OF_BLUNDERS
-from grammarlab.preference.likelihood import Intervals, log_likelihood
+from grammarlab.preference.person import PERSONS, Intervals, Person, log_likelihood
 
 NUM_FOLDS = 8
 """Number of parts of the scores, each held out once."""
-ERRORS = tuple((noise, blunders) for noise in NOISES for blunders in BLUNDERS)
-"""Candidate standard deviations of the noise in points, and probabilities of a blunder."""
 _NUM_ITERATIONS = 60
 """Iterations of expectation-maximisation: more change held-out likelihoods by less than a tenth of a nat."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unexplained:
-    """The best distribution of values, and the error of the person under it."""
+    """The best distribution of values, and the most likely person under it."""
 
     grid: Floats
     """[G] possible values, in points."""
     probabilities: Floats
     """[G] probability of each value; the sum is 1."""
-    noise: float
-    """Standard deviation of a score around its value, in points."""
-    blunders: float
-    """Probability of a random score."""
+    person: Person
+    """The most likely person."""
     log_evidence: float
-    """Log-likelihood of held-out scores in nats, less the price of the error."""
+    """Log-likelihood of held-out scores in nats, less the price of the person."""
     held_out: Floats
     """[K, G] the same without the scores of each part."""
     level: float
@@ -53,11 +48,11 @@ class Unexplained:
     def sd(self) -> float:
         """Standard deviation of a score of any design, in points."""
         variance = self.probabilities @ (self.grid - self.probabilities @ self.grid) ** 2
-        return float(np.sqrt(variance + self.noise**2))
+        return float(np.sqrt(variance + self.person.noise**2))
 
 
 def unexplained(
-    labels: Floats | Intervals, fold: Ints, grid: Floats, errors: Sequence[tuple[float, float]] = ERRORS
+    labels: Floats | Intervals, fold: Ints, grid: Floats, persons: Sequence[Person] = PERSONS
 ) -> Unexplained:
     """The hypothesis for some labels.
 
@@ -65,23 +60,21 @@ def unexplained(
         labels: [n] scores of 0 to 100, or intervals of labels that are not scores.
         fold: [n] part of each label, from 0, see `folds_of`. If there is only one, it is predicted without any label.
         grid: [G] possible values, in points.
-        errors: candidate standard deviations of the noise in points, and probabilities of a blunder.
+        persons: candidates.
     """
-    likelihoods = np.stack([np.exp(log_likelihood(labels, grid, *error).astype(np.float64)) for error in errors])
+    likelihoods = np.stack([np.exp(log_likelihood(labels, grid, *person).astype(np.float64)) for person in persons])
     training = (fold != np.arange(fold.max() + 1)[:, None]).astype(np.float64)
     distributions = distribution(likelihoods, training)
     predicted = np.einsum("eng,eng->en", distributions[:, fold], likelihoods)
-    log_evidence = np.log(predicted).sum(axis=1) - PRICE_OF_BLUNDERS * np.array([chance for _, chance in errors])
+    log_evidence = np.log(predicted).sum(axis=1) - np.array([person.price for person in persons])
     best = int(np.argmax(log_evidence))
     probabilities = distribution(likelihoods[best], np.ones((1, len(fold))))[0]
-    noise, blunders = errors[best]
-    joint = probabilities * np.exp(log_likelihood(labels, grid, noise, 0.0))
+    joint = probabilities * np.exp(log_likelihood(labels, grid, persons[best].noise, 0.0))
     level = float((joint @ grid / joint.sum(axis=1)).mean())
     return Unexplained(
         grid=grid,
         probabilities=probabilities,
-        noise=noise,
-        blunders=blunders,
+        person=persons[best],
         log_evidence=float(log_evidence[best]),
         held_out=distributions[best],
         level=level,

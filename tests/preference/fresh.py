@@ -1,6 +1,6 @@
 """Predictive distribution of scores: probabilities with noise, blunders and the ends of the scale.
 
-A value v becomes the score y with probability p(y | v) of `grammarlab.preference.likelihood`. The unknown v is
+A value v becomes the score y with probability p(y | v) of `grammarlab.preference.person`. The unknown v is
 integrated out: in cells by their posterior, in a process by its normal distribution. So 0 and 100 have the mass
 beyond them, and a person without errors has intervals of one score.
 """
@@ -16,9 +16,8 @@ from grammarlab.arrays import Floats
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Rows
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.partition import PartitionPreference
-from grammarlab.preference.cells.person_error import NOISES
 from grammarlab.preference.factors import ProductPreference
-from grammarlab.preference.likelihood import HALF_STEP, log_likelihood
+from grammarlab.preference.person import HALF_STEP, NOISES, log_likelihood
 
 SCORES = np.arange(0.0, MAX_SCORE + HALF_STEP, 2.0 * HALF_STEP)
 """[S] distinguished scores; each includes the scores that round to it."""

@@ -5,7 +5,8 @@ import pytest
 from scipy.optimize import minimize
 from scipy.stats import norm
 
-from grammarlab.preference.unexplained import ERRORS, distribution, folds_of, unexplained
+from grammarlab.preference.person import PERSONS
+from grammarlab.preference.unexplained import distribution, folds_of, unexplained
 
 GRID = np.append(np.arange(0.0, 101.0, 4.0), 30.0)
 
@@ -56,7 +57,7 @@ def test_the_evidence_is_that_of_held_out_scores_under_the_best_error():
     scores = np.clip(randomness.choice([10.0, 70.0], 20) + 10.0 * randomness.normal(size=20), 0.0, 100.0)
     fold = np.arange(20) % 4
     evidence = []
-    for noise, blunders in ERRORS:
+    for noise, blunders in PERSONS:
         likelihoods = likelihoods_of(scores, noise, blunders)
         total = -40.0 * blunders
         for number in range(4):
@@ -66,15 +67,15 @@ def test_the_evidence_is_that_of_held_out_scores_under_the_best_error():
         evidence.append(total)
     found = unexplained(scores, fold, GRID)
     assert found.log_evidence == pytest.approx(max(evidence), abs=1e-2)
-    assert (found.noise, found.blunders) == ERRORS[int(np.argmax(evidence))]
-    likelihoods = likelihoods_of(scores, found.noise, found.blunders)
+    assert found.person == PERSONS[int(np.argmax(evidence))]
+    likelihoods = likelihoods_of(scores, *found.person)
     np.testing.assert_allclose(found.probabilities, distribution(likelihoods, np.ones((1, 20)))[0], atol=1e-5)
     np.testing.assert_allclose(found.held_out[2], distribution(likelihoods[fold != 2], np.ones((1, 15)))[0], atol=1e-5)
 
 
 def test_a_single_value_explains_less_than_a_distribution():
     scores = np.tile([0.0, 60.0], 20)
-    single = max(np.log(likelihoods_of(scores, noise, blunders)).sum(axis=0).max() for noise, blunders in ERRORS)
+    single = max(np.log(likelihoods_of(scores, noise, blunders)).sum(axis=0).max() for noise, blunders in PERSONS)
     assert unexplained(scores, np.arange(40) % 8, GRID).log_evidence > single + 40.0
 
 

@@ -21,7 +21,7 @@ from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.cells.splits import Above
 from grammarlab.preference.cells.tree_growth import Tree
-from grammarlab.preference.likelihood import Intervals, Singles, log_likelihood
+from grammarlab.preference.person import MODEL_NOISE, NOISES, START_BLUNDERS, Intervals, Singles, log_likelihood
 
 MIN_COLUMNS = 8
 """Smallest number of continuous columns; trees find conjunctions of fewer."""
@@ -37,8 +37,6 @@ _TEMPERATURE = 3.0
 """Temperature of its first step."""
 _NUM_SLOTS, _NUM_FACES = 24, 8.0
 """Largest number of faces, and number of faces that are expected beforehand."""
-_MIN_NOISE, _MAX_NOISE, _BLUNDERS = 3.0, 28.0, 0.03
-"""Smallest and largest noise, in points, and probability of blunders."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,9 +127,9 @@ def _gains(scores: Floats, intervals: Intervals | None) -> Singles:
     cut = int(np.argmax(np.where(np.diff(ascending) > 0.0, between, -1.0))) + 1
     low, high = float(ascending[:cut].mean()), float(ascending[cut:].mean())
     errors = scores - np.where(scores >= ascending[cut], high, low)
-    noise = float(np.clip(errors.std(), _MIN_NOISE, _MAX_NOISE))
+    noise = float(np.clip(errors.std(), MODEL_NOISE, NOISES[-1]))
     values = np.clip([low, high], 0.0, MAX_SCORE)
-    outside, inside = log_likelihood(scores if intervals is None else intervals, values, noise, _BLUNDERS).T
+    outside, inside = log_likelihood(scores if intervals is None else intervals, values, noise, START_BLUNDERS).T
     return inside - outside
 
 

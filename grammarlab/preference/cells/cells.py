@@ -20,7 +20,7 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.cells.split_ranking import Ranked, rank
 from grammarlab.preference.cells.splits import Splits
-from grammarlab.preference.likelihood import Intervals, Singles, log_likelihood
+from grammarlab.preference.person import Intervals, Singles, log_likelihood
 
 ZERO_PROBABILITY = 0.25
 """Prior probability that the value of a cell is 0."""

@@ -34,10 +34,7 @@ from grammarlab.preference.base import AbstractPreference, Prediction, Relevance
 from grammarlab.preference.cells.box_search import NUM_PER_CHAIN, find_boxes
 from grammarlab.preference.cells.cells import ScoreCells, levels_of
 from grammarlab.preference.cells.person_error import (
-    BLUNDERS,
     LOW_TEMPERATURE,
-    NOISES,
-    PRICE_OF_BLUNDERS,
     Start,
     enough,
     find_error,
@@ -49,8 +46,8 @@ from grammarlab.preference.cells.splits import Above
 from grammarlab.preference.cells.sum_shares import splits_of, sums_of, widened
 from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, loosened, regrown, replanted
 from grammarlab.preference.factors import level_of
-from grammarlab.preference.likelihood import Intervals
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
+from grammarlab.preference.person import NOISES, Intervals, Person
 
 _MAX_ROWS_TO_FIT = 512
 """Largest number of labels that trees are grown from; of more, an even selection by score is used."""
@@ -124,9 +121,14 @@ class PartitionPreference(AbstractPreference):
         return self.cells.blunders
 
     @property
+    def person(self) -> Person:
+        """Both."""
+        return Person(self.noise, self.blunders)
+
+    @property
     def log_evidence(self) -> float:
         """Log of the evidence of the most likely tree, with the prices of its splits and of blunders, in nats."""
-        return self.trees[0].log_posterior - PRICE_OF_BLUNDERS * self.blunders
+        return self.trees[0].log_posterior - self.person.price
 
     @cached_property
     def shares(self) -> Floats:
@@ -238,7 +240,7 @@ class PartitionPreference(AbstractPreference):
         )
         # Without errors, held-out scores have influenced the splits of all labels, which would be a leak. Boxes are so
         # hard to find again with fewer chains that it would be worse to do without.
-        keeps_trees = self.noise > NOISES[0] or self.blunders > BLUNDERS[0] or len(self.boxes) > 0
+        keeps_trees = self.person.errs or len(self.boxes) > 0
         near_trees = self.trees[:_NUM_REPLANTED] if keeps_trees else ()
         near = (start.tree.bounds() | faces).union(*(tree.bounds() for tree in near_trees))
         cells, guides, _ = start.refined(

@@ -16,16 +16,16 @@ from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
 from grammarlab.preference.cells.split_ranking import MANY_LABELS
 from grammarlab.preference.cells.splits import Splits
 from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, replanted
-from grammarlab.preference.likelihood import Intervals
+from grammarlab.preference.person import (
+    PERSONS,
+    PRICE_OF_BLUNDERS,
+    START_BLUNDERS,
+    START_NOISES,
+    USUAL_BLUNDERS,
+    Intervals,
+    Person,
+)
 
-NOISES = (0.5, 1.5, 3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
-"""Candidate standard deviations of the noise."""
-BLUNDERS = (0.002, 0.03, 0.06, 0.1, 0.15, 0.25)
-"""Candidate probabilities of blunders."""
-PRICE_OF_BLUNDERS = 40.0
-"""Log-prior of a probability pi of blunders: minus this times pi."""
-_START_NOISES = (15.0, 5.0, 0.5)
-"""Noises of the searches, in points, largest first; each search starts with one of them."""
 _LARGE_NOISE = 7.5
 """Noise of many labels in points, found from other beginnings, from which the smallest beginning is left out: its
 trees explain all noise, are large, and are then unlikely. With few labels, only it finds some tastes, such as parity.
@@ -36,8 +36,8 @@ _NUM_SKETCHES = 4
 """Number of trees per round."""
 _NUM_BESIDE = 2
 """Number of trees per round beside trees that were found otherwise."""
-_GUIDE_ERROR = (15.0, 0.05)
-"""Noise and blunders of the first guide."""
+_GUIDE = Person(START_NOISES[0], USUAL_BLUNDERS)
+"""The person of the first guide."""
 LOW_TEMPERATURE = 0.5
 """Low temperature of draws of splits."""
 _TEMPERATURE = 3.0
@@ -80,15 +80,15 @@ def find_error(
     """
     grid, every = grid_of(scores), np.arange(len(scores))
     first = ScoreCells(
-        splits=splits, scores=scores, grid=grid, noise=_START_NOISES[0], blunders=BLUNDERS[1], intervals=intervals
+        splits=splits, scores=scores, grid=grid, noise=START_NOISES[0], blunders=START_BLUNDERS, intervals=intervals
     )
     guides = guides_of(first)
     best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
-    visited, many = set[tuple[float, float]](), len(scores) > MANY_LABELS
-    for noise in _START_NOISES:
-        if many and noise == _START_NOISES[-1] and best.noise >= _LARGE_NOISE:
+    visited, many = set[Person](), len(scores) > MANY_LABELS
+    for noise in START_NOISES:
+        if many and noise == START_NOISES[-1] and best.noise >= _LARGE_NOISE:
             break
-        cells, visited = replace(first, noise=noise), visited if many else set[tuple[float, float]]()
+        cells, visited = replace(first, noise=noise), visited if many else set[Person]()
         for _ in range(enough(_MAX_ROUNDS, scores)):
             growths = sketching(guides)[: _NUM_BESIDE if candidates else None]
             trees = [grow(cells, every, growth, randomness) for growth in growths]
@@ -100,16 +100,16 @@ def find_error(
             divisions = [
                 (float(share), tuple(tree.cells())) for share, tree in zip(posterior_shares(trees), trees, strict=True)
             ]
-            erring = _most_likely(cells, divisions)
-            if erring in visited:
+            likely = _most_likely(cells, divisions)
+            if likely in visited:
                 break
-            visited.add(erring)
-            cells = replace(cells, noise=erring[0], blunders=erring[1], levels=levels_of(cells, divisions))
+            visited.add(likely)
+            cells = replace(cells, noise=likely.noise, blunders=likely.blunders, levels=levels_of(cells, divisions))
     return Start(best, guides, most_likely)
 
 
-def _most_likely(cells: ScoreCells, divisions: Sequence[tuple[float, Sequence[Ints]]]) -> tuple[float, float]:
-    """Noise and blunders with the highest posterior for the two most likely divisions."""
+def _most_likely(cells: ScoreCells, divisions: Sequence[tuple[float, Sequence[Ints]]]) -> Person:
+    """The person with the highest posterior for the two most likely divisions."""
     top = sorted(divisions, key=lambda item: -item[0])[:2]
     every = np.arange(len(cells.scores))
     members = []
@@ -119,12 +119,12 @@ def _most_likely(cells: ScoreCells, divisions: Sequence[tuple[float, Sequence[In
             inside[row, cell] = 1.0
         members.append((share, inside))
 
-    def posterior(erring: tuple[float, float]) -> float:
-        candidate = replace(cells, noise=erring[0], blunders=erring[1])
+    def posterior(person: Person) -> float:
+        candidate = replace(cells, noise=person.noise, blunders=person.blunders)
         evidence = sum(share * float(candidate.log_evidence(inside, every).sum()) for share, inside in members)
-        return evidence / sum(share for share, _ in members) - PRICE_OF_BLUNDERS * erring[1]
+        return evidence / sum(share for share, _ in members) - person.price
 
-    return max(((noise, blunders) for noise in NOISES for blunders in BLUNDERS), key=posterior)
+    return max(PERSONS, key=posterior)
 
 
 def guides_of(cells: ScoreCells) -> tuple[ScoreCells, ...]:
@@ -134,8 +134,8 @@ def guides_of(cells: ScoreCells) -> tuple[ScoreCells, ...]:
     several splits, after which liked and disliked designs are still mixed, has little evidence with less noise.
     """
     spread = float(cells.scores.std())
-    noises = (_GUIDE_ERROR[0], spread) if spread > _GUIDE_ERROR[0] else _GUIDE_ERROR[:1]
-    return tuple(replace(cells, noise=noise, blunders=_GUIDE_ERROR[1]) for noise in noises)
+    noises = (_GUIDE.noise, spread) if spread > _GUIDE.noise else (_GUIDE.noise,)
+    return tuple(replace(cells, noise=noise, blunders=_GUIDE.blunders) for noise in noises)
 
 
 def enough(num: int, scores: Floats) -> int:

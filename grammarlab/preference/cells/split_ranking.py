@@ -14,7 +14,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.cells.splits import Splits, different
-from grammarlab.preference.likelihood import Singles
+from grammarlab.preference.person import Singles
 
 Evidence: TypeAlias = Callable[[Singles], Floats]
 """[k] log-evidence of parts from the sums [k, W] of the terms of their labels; an empty part has 0."""

@@ -13,17 +13,16 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.judge.cuts import BinnedColumns
-from grammarlab.preference.judge.labelled_columns import Explanation, Labels, Person
+from grammarlab.preference.judge.labelled_columns import Explanation, Labels
 from grammarlab.preference.judge.score_line import best_line
 from grammarlab.preference.judge.score_tree import ScoreTree
 from grammarlab.preference.judge.screening import gains
 from grammarlab.preference.judge.tree_search import best_tree, search
 from grammarlab.preference.judge.votes import Vote, votes
+from grammarlab.preference.person import START_BLUNDERS, Person
 
 _START_NOISES = (20.0, 8.0, 0.5)
 """Standard deviations of the errors that searches start with, in points."""
-_START_BLUNDERS = 0.03
-"""Probability of blunders that searches start with."""
 _NUM_COMPOSED = 120
 """Number of composed columns that are compared exactly. More are only slower."""
 _MIN_LEAF = 8
@@ -68,7 +67,7 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, score
     """
     width = known.shape[1]
     labels = Labels.of(known, np.full(width, _USE_PRICE + np.log(max(width, 1))), scores)
-    base = best_tree(labels, [Person(noise, _START_BLUNDERS) for noise in _START_NOISES])
+    base = best_tree(labels, [Person(noise, START_BLUNDERS) for noise in _START_NOISES])
     best_known = _better(base.explanation, _best_line(labels, base.explanation.person))
     shortlist, joined = _shortlist(composed, prices, base.tree, scores), votes(flags, scores)
     columns = [composed[:, shortlist], *(vote.values(flags)[:, None] for vote in joined)]
@@ -101,7 +100,7 @@ def gain(columns: Floats, priors: Floats, scores: Floats) -> float:
     if not len(varying):
         return -np.inf
     labels = Labels.of(columns[:, varying], np.log(priors.sum()) - np.log(priors[varying]), scores)
-    best, *_ = search(labels, [Person(noise, _START_BLUNDERS) for noise in _START_NOISES])
+    best, *_ = search(labels, [Person(noise, START_BLUNDERS) for noise in _START_NOISES])
     if best.tree.cut is None:
         return -np.inf
     nothing = labels.unexplained.log_evidence(labels.unexplained.members.sum(axis=0)[None])

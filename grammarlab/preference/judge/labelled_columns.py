@@ -9,24 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.cells.person_error import PRICE_OF_BLUNDERS
 from grammarlab.preference.judge.cuts import BinnedColumns
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
-
-
-class Person(NamedTuple):
-    """Errors of a person."""
-
-    noise: float
-    """Standard deviation of a score around its value, in points."""
-    blunders: float
-    """Probability of a random score."""
-
-    @property
-    def price(self) -> float:
-        """Minus the log of the prior, up to a constant, in nats."""
-        return PRICE_OF_BLUNDERS * self.blunders
+from grammarlab.preference.person import Person
 
 
 class Explanation(NamedTuple):

@@ -19,7 +19,7 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
-from grammarlab.preference.likelihood import log_likelihood
+from grammarlab.preference.person import log_likelihood
 
 GRID_STEP = 4.0
 """Step of the possible values of a leaf, in points."""

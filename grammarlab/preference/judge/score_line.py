@@ -14,7 +14,7 @@ from scipy.special import ndtr
 
 from grammarlab.arrays import Floats
 from grammarlab.preference.base import MAX_SCORE
-from grammarlab.preference.likelihood import log_likelihood
+from grammarlab.preference.person import log_likelihood
 
 MAX_TERMS = 8
 """Largest number of terms."""

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.preference.cells.person_error import BLUNDERS, NOISES
-from grammarlab.preference.judge.labelled_columns import Explanation, Labels, Person
+from grammarlab.preference.judge.labelled_columns import Explanation, Labels
 from grammarlab.preference.judge.score_tree import NODE_PRICE, ScoreTree, TreeGrowth, leaf_of
 from grammarlab.preference.judge.screening import gains
 from grammarlab.preference.judge.smooth_leaf import MAX_LABELS, SmoothLeaf
+from grammarlab.preference.person import NOISES, PERSONS, Person
 
 _NUM_ROOTS = 3
 """Number of first divisions that trees grow from, beside the best one. More are only slower."""
@@ -104,7 +104,7 @@ def _most_likely(labels: Labels, grown: Grown) -> Person:
         evidence = labels.evidence(person)
         return sum(evidence.of_labels(leaf) for leaf in leaves) - person.price
 
-    return max([grown.person, *(Person(noise, blunders) for noise in NOISES for blunders in BLUNDERS)], key=total)
+    return max([grown.person, *PERSONS], key=total)
 
 
 def _with_smooth_leaves(labels: Labels, grown: Grown) -> BestTree:

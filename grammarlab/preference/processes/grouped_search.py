@@ -26,6 +26,7 @@ from scipy.linalg import cho_solve, cholesky
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.observations import Observations
+from grammarlab.preference.person import NOISE_PRIOR
 from grammarlab.preference.processes.evidence import Data, Minimum, loss, minimise, padded, padded_size
 from grammarlab.preference.processes.posterior import Hyperparameters, squared_distances
 
@@ -33,8 +34,8 @@ EPSILON = 1e-2
 """eps of a few groups: smallest weight of a relevant group."""
 AMPLITUDE = (0.2, 1.0)
 """Median of the amplitude's prior, as a share of the squared highest score, and standard deviation of its logarithm."""
-NOISE = (1e-4, 2.0)
-"""Median and deviation of the noise's prior: a person may be exact, or have errors of a fifth of the scale."""
+NOISE = ((NOISE_PRIOR[0] / MAX_SCORE) ** 2, 2.0 * NOISE_PRIOR[1])
+"""The same of the noise, a variance."""
 _RELEVANCES = np.exp(np.linspace(-4.0, 4.0, 9))
 """Candidate relevances, as multiples of one over the mean squared distance of two rows."""
 _FEW_GROUPS = 4

@@ -19,18 +19,17 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
 from grammarlab.preference.labels import COMPARISONS, Kind
-from grammarlab.preference.likelihood import Intervals, intervals_of, matched
 from grammarlab.preference.observations import Differences, Observations, checked_labels, observe
+from grammarlab.preference.person import (
+    MODEL_NOISE,
+    USUAL_BLUNDERS,
+    Intervals,
+    intervals_of,
+    intervals_of_kinds,
+    matched,
+)
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
 
-STAR_HALF_STEP = 12.5
-"""Half of the step between two stars, in points."""
-TIE_DIFFERENCE = 5.0
-"""Difference in points below which a person who uses ties calls two models equal."""
-MIN_NOISE = 3.0
-"""Smallest standard deviation in points of comparisons."""
-BLUNDER_PROBABILITY = 0.05
-"""Probability that a label is a blunder."""
 _MAX_SWEEPS = 50
 """Largest number of sweeps over all sites."""
 _DAMPING = 0.7
@@ -125,20 +124,7 @@ class Judgements:
         Args:
             middle: values above it get a thumb up.
         """
-        kinds, scores = np.array(self.kinds[self.rest], dtype=object), self.scores[self.rest]
-        low, high = np.full(len(kinds), -np.inf), np.full(len(kinds), np.inf)
-        stars = intervals_of(scores, STAR_HALF_STEP)
-        of_stars, up, rather = kinds == "stars", scores > MAX_SCORE / 2.0, kinds == "rather"
-        low, high = np.where(of_stars, stars.low, low), np.where(of_stars, stars.high, high)
-        thumb = kinds == "thumb"
-        low, high = np.where(thumb & up, middle, low), np.where(thumb & ~up, middle, high)
-        tied = kinds == "tie"
-        alike = TIE_DIFFERENCE if tied.any() else 0.0
-        low = np.where(rather, alike, np.where(tied, -alike, low))
-        high = np.where(tied, alike, high)
-        by_chance = np.where(rather | tied, MAX_SCORE / (3.0 if tied.any() else 2.0), MAX_SCORE / 2.0)
-        looks = np.where(rather | tied, 2.0, 1.0)
-        return Intervals(low, high, np.where(of_stars, stars.length, by_chance), looks, np.zeros(len(kinds)))
+        return intervals_of_kinds(self.scores[self.rest], self.kinds[self.rest], middle)
 
     def scored(self) -> Observations | None:
         """The scores; None if there are none."""
@@ -206,9 +192,9 @@ def label_observations(judgements: Judgements, hyperparameters: Hyperparameters,
     """Observations from labels under a kernel."""
     mean, covariance = _given_scores(judgements, hyperparameters)
     mixing, intervals = judgements.mixing, judgements.intervals(middle)
-    noise = max(float(np.sqrt(hyperparameters.noise)), MIN_NOISE)
+    noise = max(float(np.sqrt(hyperparameters.noise)), MODEL_NOISE)
     spread = covariance @ mixing.T
-    sites = propagate(mixing @ mean, mixing @ spread, intervals, noise, BLUNDER_PROBABILITY)
+    sites = propagate(mixing @ mean, mixing @ spread, intervals, noise, USUAL_BLUNDERS)
     # Posterior of the rows, given all sites.
     inner = np.linalg.solve(mixing @ spread + np.diag(sites.variances), spread.T)
     mean, covariance = mean + inner.T @ (sites.means - mixing @ mean), covariance - spread @ inner
@@ -268,10 +254,10 @@ def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float
     mean, covariance = _given_scores(judgements, hyperparameters)
     rows = judgements.first[thumbs]
     thumb_labels = judgements.take(np.flatnonzero(thumbs))
-    noise = max(float(np.sqrt(hyperparameters.noise)), MIN_NOISE)
+    noise = max(float(np.sqrt(hyperparameters.noise)), MODEL_NOISE)
     values, variances = mean[rows], np.maximum(np.diagonal(covariance)[rows], 1e-9)
     log_posteriors = [
-        float(matched(thumb_labels.intervals(middle), values, variances, noise, BLUNDER_PROBABILITY)[0].sum())
+        float(matched(thumb_labels.intervals(middle), values, variances, noise, USUAL_BLUNDERS)[0].sum())
         - 0.5 * ((middle - MAX_SCORE / 2.0) / _SD_OF_MIDDLE) ** 2
         for middle in _MIDDLE_GRID.tolist()
     ]

@@ -5,7 +5,7 @@ import pytest
 
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
 from grammarlab.preference.cells.splits import Splits
-from grammarlab.preference.likelihood import log_likelihood
+from grammarlab.preference.person import log_likelihood
 
 ROWS = np.array([[0.0, 1.0], [0.0, 2.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0], [1.0, 2.0]])
 SCORES = np.array([0.0, 0.0, 62.0, 60.0, 3.0, 57.0])

@@ -8,9 +8,9 @@ import pytest
 
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
-from grammarlab.preference.cells.person_error import BLUNDERS, NOISES
 from grammarlab.preference.cells.splits import Splits
 from grammarlab.preference.cells.tree_growth import Growth, grow
+from grammarlab.preference.person import BLUNDERS, NOISES
 
 
 def coins(number, width, seed):

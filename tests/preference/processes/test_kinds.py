@@ -9,10 +9,8 @@ from grammarlab.errors import UsageError
 from grammarlab.learning.fitting import fit
 from grammarlab.preference import blended, mixed
 from grammarlab.preference.labels import Kind
-from grammarlab.preference.likelihood import intervals_of, log_likelihood, matched
+from grammarlab.preference.person import STAR_HALF_STEP, TIE_DIFFERENCE, intervals_of, log_likelihood, matched
 from grammarlab.preference.processes.label_kinds import (
-    STAR_HALF_STEP,
-    TIE_DIFFERENCE,
     Judgements,
     judgements_of,
     label_observations,

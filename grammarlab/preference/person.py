@@ -1,4 +1,6 @@
-"""Likelihood of labels, given the value of a design for a person.
+"""The person: the likelihood of a label of any kind given the value of a design, and a prior of its errors.
+
+All models of values take both from here: cells, processes, lines, and the hypothesis that nothing is explained.
 
 A score y means the interval [y - h, y + h] of its scale, open at 0 and 100, where scores are clipped. A score differs
 from the value v by normal noise of standard deviation sigma, and with probability pi it is a blunder, a random score:
@@ -13,11 +15,16 @@ is such an interval of the difference of two values, each with its own noise:
 If ties are allowed, two models are called equal if the difference seems smaller than a few points (Rao and Kupper
 1967), and a blunder is one of three answers. If v_b is normal around m_b with variance s^2, the likelihood of v_a is
 the same with m_b instead of v_b and 2 sigma^2 + s^2 instead of 2 sigma^2.
+
+A priori, sigma is any of `NOISES`, and pi is one of `BLUNDERS` with a probability in proportion to exp(-40 pi):
+blunders explain any score, so they are the last explanation.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +32,65 @@ from scipy.special import ndtr
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.labels import Kind
+
+NOISES = (0.5, 1.5, 3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
+"""Candidates of sigma, in points."""
+BLUNDERS = (0.002, 0.03, 0.06, 0.1, 0.15, 0.25)
+"""Candidates of pi."""
+PRICE_OF_BLUNDERS = 40.0
+"""Log-prior of pi: minus this times pi, in nats."""
+EXACT_NOISE = NOISES[1]
+"""Largest noise of a person without errors, in points."""
+MODEL_NOISES = NOISES[2:]
+"""Noises around values of models, which miss the person's values by some points."""
+MODEL_NOISE = MODEL_NOISES[0]
+"""The least of these, in points."""
+START_NOISES = (15.0, 5.0, 0.5)
+"""Noises that searches start with, in points, largest first: trees found under much noise stay small, trees found under
+little noise explain the noise."""
+START_BLUNDERS = BLUNDERS[1]
+"""Probability of blunders that searches start with."""
+USUAL_BLUNDERS = 0.05
+"""Probability of blunders where none is estimated."""
+NOISE_PRIOR = (1.0, 1.0)
+"""For a model that needs a density of sigma: the median in points, and the standard deviation of log sigma."""
 
 HALF_STEP = 0.5
 """h, in points."""
+STAR_HALF_STEP = 12.5
+"""h of stars, in points."""
+TIE_DIFFERENCE = 5.0
+"""Difference in points below which a person who uses ties calls two models equal."""
 _MIN_LIKELIHOOD = 1e-12
 """Smallest likelihood of a score, for any noise."""
 
 Singles = NDArray[np.float32]
+
+
+class Person(NamedTuple):
+    """Errors of a person."""
+
+    noise: float
+    """sigma: standard deviation of a score around its value, in points."""
+    blunders: float
+    """pi: probability of a random score."""
+
+    @property
+    def price(self) -> float:
+        """Minus the log of the prior, up to a constant, in nats."""
+        return PRICE_OF_BLUNDERS * self.blunders
+
+    @property
+    def errs(self) -> bool:
+        """Whether it has more than the least errors."""
+        return self.noise > NOISES[0] or self.blunders > BLUNDERS[0]
+
+
+PERSONS = tuple(Person(noise, blunders) for noise in NOISES for blunders in BLUNDERS)
+"""All candidates."""
+START_PERSONS = tuple(Person(noise, START_BLUNDERS) for noise in START_NOISES)
+"""Those that searches start with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +134,33 @@ def intervals_of(scores: Floats, half_step: float = HALF_STEP) -> Intervals:
     high = np.where(at_top, np.inf, scores + half_step)
     length = np.where(at_bottom | at_top, half_step, 2.0 * half_step)
     return Intervals(low, high, length, np.ones(len(scores)), np.zeros(len(scores)))
+
+
+def intervals_of_kinds(scores: Floats, kinds: Sequence[Kind], middle: float) -> Intervals:
+    """Intervals of labels [n] of any kind: of values, or of differences of two.
+
+    Args:
+        scores: [n] 0-100, as in label tables.
+        kinds: [n] kinds of the labels.
+        middle: values above it get a thumb up, in points.
+
+    >>> bounds = intervals_of_kinds(np.array([80.0, 75.0, 100.0, 100.0]), ["score", "stars", "thumb", "rather"], 50.0)
+    >>> bounds.low.tolist(), bounds.high.tolist()
+    ([79.5, 62.5, 50.0, 0.0], [80.5, 87.5, inf, inf])
+    """
+    names = np.array(kinds, dtype=object)
+    thumb, rather, tied, up = names == "thumb", names == "rather", names == "tie", scores > MAX_SCORE / 2.0
+    alike = TIE_DIFFERENCE if tied.any() else 0.0
+    low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
+    low, high = np.where(thumb & up, middle, low), np.where(thumb & ~up, middle, high)
+    low, high = np.where(rather, alike, np.where(tied, -alike, low)), np.where(tied, alike, high)
+    length = np.where(rather | tied, MAX_SCORE / (3.0 if tied.any() else 2.0), MAX_SCORE / 2.0)
+    for kind, half_step in (("score", HALF_STEP), ("stars", STAR_HALF_STEP)):
+        of_kind, steps = names == kind, intervals_of(scores, half_step)
+        low, high = np.where(of_kind, steps.low, low), np.where(of_kind, steps.high, high)
+        length = np.where(of_kind, steps.length, length)
+    looks = np.where(rather | tied, 2.0, 1.0)
+    return Intervals(low, high, length, looks, np.zeros(len(names)))
 
 
 def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blunders: float) -> Singles:

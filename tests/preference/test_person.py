@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from grammarlab.preference.likelihood import expected_score, log_likelihood, value_of
+from grammarlab.preference.person import expected_score, log_likelihood, value_of
 
 ERRING = [(0.5, 0.0), (3.0, 0.1), (10.0, 0.002), (28.0, 0.25)]
 
