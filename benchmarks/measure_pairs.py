@@ -16,7 +16,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Forest
-from grammarlab.features.patterns.pattern_checks import count
+from grammarlab.features.named_features import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.learning.answers import answers_of

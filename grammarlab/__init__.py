@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from grammarlab.derivation.derive import derive
     from grammarlab.derivation.forest import Forest
     from grammarlab.derivation.lots import Lots
+    from grammarlab.derivation.model_values import attribute, report
     from grammarlab.errors import GrammarlabError
     from grammarlab.export.save import SaveOptions, save
     from grammarlab.facade.editing.edit import edit as edit_facade
     from grammarlab.facade.file import load_facade, save_facade
     from grammarlab.facade.tree import Facade
     from grammarlab.features.columns.vocabulary import extract
-    from grammarlab.features.patterns.pattern_checks import count
-    from grammarlab.features.patterns.pattern_text import parse as pattern
+    from grammarlab.features.named_features import count, pattern
     from grammarlab.geometry.footprints.footprint_text import read_footprints
     from grammarlab.language.grammar import Grammar
     from grammarlab.learning.fitting import fit
@@ -75,6 +75,7 @@ __all__ = [
     "Situation",
     "Skeleton",
     "Species",
+    "attribute",
     "count",
     "derive",
     "edit_facade",
@@ -97,6 +98,7 @@ __all__ = [
     "realize",
     "realize_trees",
     "render",
+    "report",
     "sample",
     "sample_run",
     "save",
@@ -123,7 +125,8 @@ _HOMES = {
     "Situation": "preference.queries",
     "Skeleton": "trees.skeleton",
     "Species": "trees.species",
-    "count": "features.patterns.pattern_checks",
+    "attribute": "derivation.model_values",
+    "count": "features.named_features",
     "derive": "derivation.derive",
     "edit_facade": "facade.editing.edit:edit",
     "examples_folder": "runs.sample.shipped",
@@ -137,7 +140,7 @@ _HOMES = {
     "load_facade": "facade.file",
     "measure_trees": "trees.measures",
     "parse_species": "trees.species_file:parse",
-    "pattern": "features.patterns.pattern_text:parse",
+    "pattern": "features.named_features",
     "propose": "preference.queries",
     "read_facade": "runs.facade.read",
     "read_footprints": "geometry.footprints.footprint_text",
@@ -145,6 +148,7 @@ _HOMES = {
     "realize": "scene.instances",
     "realize_trees": "trees.scene",
     "render": "runs.sample.contact_sheet",
+    "report": "derivation.model_values",
     "sample": "density.sampler",
     "sample_run": "runs.sample.run",
     "save": "export.save",

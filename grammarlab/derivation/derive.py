@@ -25,6 +25,7 @@ from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.functions.shape_attributes import STATE_DEFAULTS
 from grammarlab.derivation.lots import Footprint, Footprints, Lots, StreetWidths, brought_near
 from grammarlab.derivation.materials import MaterialTable
+from grammarlab.derivation.model_values import attributes_of_models
 from grammarlab.derivation.program import CompiledRule, Program
 from grammarlab.derivation.state.mesh_table import MeshTable, normalized
 from grammarlab.derivation.state.recorder import Recorder
@@ -143,6 +144,7 @@ def derive(
         texture_maps=texture_maps,
         prints=tuple(recorder.prints),
         missing_assets=recorder.missing_assets(),
+        attributes=attributes_of_models(workspace),
     )
 
 

@@ -7,15 +7,15 @@ log-density. `origin_of` returns the place in the rule text that made a node.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
-from grammarlab.derivation.lots import Lots
+from grammarlab.derivation.lots import Lots, Values
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import Location
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -170,6 +170,9 @@ class Forest:
     """Texts printed by ``print`` during the derivation, at most 10,000; not stored with a forest."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """Missing assets by path; not stored with a forest."""
+    attributes: Mapping[str, Values] = field(default_factory=dict, compare=False)
+    """[num_models] values by name of attributes and constants that are numbers, truth values or texts, before rules set
+    others; not stored with a forest."""
 
     @property
     def num_models(self) -> int:

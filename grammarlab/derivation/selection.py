@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags
 from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, by_path
-from grammarlab.derivation.lots import Lots
+from grammarlab.derivation.lots import Lots, Values
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -44,6 +44,7 @@ def select_models(forest: Forest, models: NDArray[np.integer]) -> Forest:
         leaves=replace(leaves, node=new_node[leaves.node]),
         draws=replace(draws, node=new_node[draws.node]),
         reports=replace(reports, node=new_node[reports.node]),
+        attributes={name: values[models] for name, values in forest.attributes.items()},
     )
 
 
@@ -98,7 +99,14 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
         texture_maps=np.concatenate([forest.texture_maps for forest in forests]),
         prints=tuple(text for forest in forests for text in forest.prints),
         missing_assets=by_path(asset for forest in forests for asset in forest.missing_assets),
+        attributes=_joined_attributes([forest.attributes for forest in forests if forest.num_models]),
     )
+
+
+def _joined_attributes(columns: Sequence[Mapping[str, Values]]) -> dict[str, Values]:
+    """The attributes that all forests have, with the values of all models."""
+    names = [name for name in (columns[0] if columns else ()) if all(name in each for each in columns)]
+    return {name: np.concatenate([each[name] for each in columns]) for name in names}
 
 
 def _moved_maps(texture_map: NDArray[np.int32], first: np.integer | int) -> NDArray[np.int32]:

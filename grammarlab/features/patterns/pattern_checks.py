@@ -1,20 +1,13 @@
-"""Checks that the symbols, branches and random expressions of features exist in a grammar.
-
-`count` here is for people: features may be texts, and names that a grammar lacks are errors instead of zeros.
-"""
+"""Checks that the symbols, branches and random expressions of features exist in a grammar."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from difflib import get_close_matches
 
-from grammarlab.arrays import Floats
-from grammarlab.derivation.forest import Forest, RuleName, Site
-from grammarlab.errors import UsageError, check_type
-from grammarlab.features.patterns import counts
+from grammarlab.derivation.forest import RuleName, Site
+from grammarlab.errors import UsageError
 from grammarlab.features.patterns.pattern import Draw, Feature, Formula, Pattern, Present, Threshold
-from grammarlab.features.patterns.pattern_text import parse
-from grammarlab.features.patterns.tree_index import Trees
 
 MAX_REMARKS = 10
 """Largest number of remarks in one error."""
@@ -40,31 +33,6 @@ def check(
         remarks |= dict.fromkeys(remark for remark in _remarks(feature, symbols, rules, sites) if remark)
     if remarks:
         raise UsageError("\n".join(list(remarks)[:MAX_REMARKS]))
-
-
-def count(forest: Forest | Trees, features: Sequence[Feature | str]) -> Floats:
-    """The values [models, F] of features.
-
-    Args:
-        forest: the models; `Trees` caches intermediate results for further calls.
-        features: the features; a text is that of a pattern. A symbol that the grammar has but no model contains is
-            counted 0 times.
-
-    Raises:
-        UsageError: If a feature is of another type, or the grammar lacks its symbol, branch or random expression; it
-            names the nearest. Also if the columns of the forest are not trees.
-
-    >>> import grammarlab as gl
-    >>> forest = gl.derive(gl.Grammar.parse("Lot --> 50% : A else : B B"), 3, seed=1)
-    >>> gl.count(forest, ["A", gl.pattern("Lot > B")]).tolist()
-    [[1.0, 0.0], [0.0, 2.0], [0.0, 2.0]]
-    """
-    parsed = _parsed(features)
-    if not isinstance(forest, Trees):
-        check_type("forest", forest, Forest, "gl.derive(grammar, 100, seed=1)")
-        forest = Trees(forest)
-    check(parsed, forest.forest.symbols, forest.forest.rules, forest.forest.sites)
-    return counts.count(forest, parsed)
 
 
 def _remarks(
@@ -106,21 +74,6 @@ def _pattern_remark(node: Pattern, symbols: Sequence[str], rules: Sequence[RuleN
 def _nearest(name: str, names: Sequence[str]) -> str:
     near = get_close_matches(name, dict.fromkeys(names), n=3, cutoff=0.6)
     return f"; did you mean {' or '.join(repr(other) for other in near)}?" if near else ""
-
-
-def _parsed(features: object) -> list[Feature]:
-    if isinstance(features, str | Feature) or not isinstance(features, Sequence):
-        description = repr(features)[:60] if isinstance(features, str) else type(features).__name__
-        raise UsageError(
-            f'features: expected a list such as ["Porch", gl.pattern("Porch > Post")], found {description}.'
-        )
-    for number, feature in enumerate(features):
-        if not isinstance(feature, str | Feature):
-            raise UsageError(
-                f'features[{number}]: expected a pattern such as gl.pattern("Porch"), or its text, '
-                f"found {type(feature).__name__}."
-            )
-    return [parse(feature) if isinstance(feature, str) else feature for feature in features]
 
 
 def _branch_remark(who: str, branch: tuple[int, ...], rules: Sequence[RuleName]) -> str:

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
+from grammarlab.features import named_features
 from grammarlab.features.expression import Expression
-from grammarlab.features.patterns import pattern_checks
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.operations import SEQUENCE_RELATIONS, apply
 from grammarlab.features.patterns.pattern import Draw, Formula, Pattern
@@ -78,7 +78,7 @@ def test_steps_in_another_order_are_the_same_formula():
 def test_names_that_the_grammar_lacks_are_found_inside_formulas():
     forest = derive(GRAMMAR, 2, seed=1)
     with pytest.raises(UsageError, match=r"no symbol 'C'.*\n.*no random expression 'hh'; did you mean 'h'"):
-        pattern_checks.count(forest, [Formula.of("+", Pattern("C"), Draw("hh"))])
+        named_features.count(forest, [Formula.of("+", Pattern("C"), Draw("hh"))])
 
 
 # Relations of sequences ----------------------------------------------------------------------------------------------

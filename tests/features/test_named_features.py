@@ -1,13 +1,13 @@
-"""Counting for people: texts are patterns, and what a grammar lacks is said."""
+"""Counting for people: texts are patterns, draws and expressions, and what a grammar lacks is said."""
 
 import numpy as np
 import pytest
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
+from grammarlab.features.named_features import count, pattern
 from grammarlab.features.patterns import counts
 from grammarlab.features.patterns.pattern import Draw, Present
-from grammarlab.features.patterns.pattern_checks import count
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.features.patterns.tree_index import Trees
 from grammarlab.language.grammar import Grammar
@@ -29,6 +29,21 @@ def test_texts_are_counted_as_their_patterns():
     np.testing.assert_array_equal(mixed[:, 1], mixed[:, 0])
 
 
+def test_draws_and_expressions_are_what_numpy_makes_of_the_columns():
+    height, porches, walls = count(FOREST, ["$height", "Porch", "Wall."]).T
+    below, ratio, wide = count(FOREST, ["$height < 5", "{Porch} / {Wall.}", "$height >= 4 and {Wall.} == 2"]).T
+    np.testing.assert_array_equal(below, height < 5)
+    np.testing.assert_array_equal(ratio, porches / walls)
+    np.testing.assert_array_equal(wide, (height >= 4) & (walls == 2))
+
+
+@pytest.mark.parametrize("text", ["Porch", "House:0 > Porch@0", "$height", "$height < 5", "{Porch} + 2 * $height"])
+def test_the_text_of_a_feature_is_read_as_an_equal_one(text):
+    feature = pattern(text)
+    again = f"${feature}" if isinstance(feature, Draw) else str(feature)
+    assert pattern(again) == feature
+
+
 def test_a_symbol_that_is_not_derived_is_counted_zero_times():
     np.testing.assert_array_equal(count(FOREST, ["Tower"]), np.zeros((5, 1)))
 
@@ -42,6 +57,10 @@ def test_a_symbol_that_is_not_derived_is_counted_zero_times():
         (Draw("hight"), "no random expression 'hight'; did you mean 'height'"),
         (Present(parse("Proch")), "no symbol 'Proch'"),
         ("Porch >", "expected a symbol"),
+        ("$hight < 5", "no random expression 'hight'; did you mean 'height'"),
+        ("{Proch} > 1", "no symbol 'Proch'; did you mean 'Porch'"),
+        ("height < 5", r"found '<'\n  height < 5\n         \^\n  hint: .* draws begin with \$"),
+        ("{Porch} +", "expected a value"),
         (None, r"features\[1\]: expected a pattern such as gl.pattern\(\"Porch\"\), or its text, found NoneType"),
         (3, r"features\[1\]: .* found int"),
     ],
