@@ -38,7 +38,7 @@ class Shapes(NamedTuple):
     """Columns of N shapes, as a forest has them."""
 
     keys: Any
-    """[N] keys of draws."""
+    """[N] keys of draws; arrays are NumPy's or JAX's."""
     frames: Any
     """[N] index of the rotation."""
     origins: Any
@@ -101,7 +101,7 @@ def seconds(run: Callable[[], object], repeats: int = 5) -> float:
     return min(times)
 
 
-def derivation(device: jax.Device) -> Iterator[str]:
+def derivation(device: Any) -> Iterator[str]:
     """Nanoseconds a shape of one sequence of operations."""
     compiled = jax.jit(lambda turns, limits, parents: derived(jnp, turns, limits, parents))
     for num in _SHAPES:
@@ -118,7 +118,7 @@ def derivation(device: jax.Device) -> Iterator[str]:
         )
 
 
-def evidence(device: jax.Device) -> Iterator[str]:
+def evidence(device: Any) -> Iterator[str]:
     """Milliseconds of the evidence of a kernel and its gradient."""
     gradient = jax.jit(jax.value_and_grad(lambda weights, data: loss(1.0, weights, 0.01, data)))
     for num, width in _LABELS:
@@ -129,7 +129,7 @@ def evidence(device: jax.Device) -> Iterator[str]:
         yield f"evidence of {num:>5} scores x {width} columns   {taken * 1e3:8.2f} ms"
 
 
-def fits(device: jax.Device) -> Iterator[str]:
+def fits(device: Any) -> Iterator[str]:
     """Seconds of a whole fit, compiled before."""
     for num, width in _FITS:
         rows, scores = _labels(num, width)
@@ -142,7 +142,8 @@ def _labels(num: int, width: int) -> tuple[Floats, Floats]:
     """Rows of small counts, and scores that two of them decide."""
     randomness = np.random.default_rng(2)
     rows = randomness.poisson(1.0, (num, width)).astype(np.float64)
-    return rows, 80.0 * ((rows[:, 3] > 0.5) & (rows[:, 7] < 1.5)) + randomness.normal(0.0, 5.0, num).clip(0.0, 20.0)
+    liked = (rows[:, 3] > 0.5) & (rows[:, 7] < 1.5)
+    return rows, 80.0 * liked.astype(np.float64) + randomness.random(num) * 10.0
 
 
 def main() -> None:
