@@ -20,6 +20,7 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.interview import interview
+from grammarlab.learning.progress_line import ProgressOption, shown_progress
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.targets.grammar_target import GrammarWriter
@@ -46,6 +47,7 @@ def learn(
     base: Base = ...,
     max_rules: int | None = ...,
     seed: int = ...,
+    progress: ProgressOption = ...,
 ) -> LearnedDensity[Forest]: ...
 @overload
 def learn(
@@ -60,6 +62,7 @@ def learn(
     base: Base = ...,
     max_rules: int | None = ...,
     seed: int = ...,
+    progress: ProgressOption = ...,
 ) -> LearnedDensity[Forest]: ...
 @overload
 def learn(
@@ -74,6 +77,7 @@ def learn(
     base: Base = ...,
     max_rules: int | None = ...,
     seed: int = ...,
+    progress: ProgressOption = ...,
 ) -> LearnedDensity[TreeBatch]: ...
 @overload
 def learn(
@@ -88,6 +92,7 @@ def learn(
     base: Base = ...,
     max_rules: int | None = ...,
     seed: int = ...,
+    progress: ProgressOption = ...,
 ) -> LearnedDensity[TreeBatch]: ...
 def learn(
     grammar: Grammar | Species,
@@ -101,6 +106,7 @@ def learn(
     base: Base = "grammar",
     max_rules: int | None = None,
     seed: int = 0,
+    progress: ProgressOption = "auto",
 ) -> LearnedDensity[Any]:
     """Grammar, or species of trees, that samples models in proportion to the scores of a function.
 
@@ -119,6 +125,9 @@ def learn(
         max_rules: largest number of branches of the rules, as `grammarlab show` counts them; by default twice as many
             as before. If it is too small, an acceptance rule completes the original rules.
         seed: seed of the choice of models, 0 <= seed < 2**64.
+        progress: ``auto`` shows a line with a bar on a terminal or below the cell of a notebook; None shows nothing; a
+            function is called with the name of a stage, how many of its parts are done, and how many there are (0 if
+            unknown).
 
     Returns:
         The learned grammar (`LearnedDensity.learned`, whose `text` is a rule file and which can be sampled), its
@@ -149,16 +158,19 @@ def learn(
         return _checked(score(view(addresses)), len(addresses))[:, None]
 
     # At these sizes several threads are slower than one.
-    with threadpool_limits(1):
+    with threadpool_limits(1), shown_progress(progress) as on_progress:
         state = init(study)
-        for state in interview(study, (OVERALL,), person, budget=budget, seed=seed):  # noqa: B007 - the last one counts
-            pass
+        study.tables(state.wide, on_progress)
+        on_progress("scores", 0, budget)
+        for state in interview(study, (OVERALL,), person, budget=budget, seed=seed):
+            on_progress("scores", state.num_answers, budget)
         if not state.liked:
             raise UsageError(
                 f"none of the {state.num_answers} models that the function was asked about has a score above 0, so "
                 "nothing is liked. Raise the budget, or give low scores to models that are nearly liked."
             )
-        return writer.learn(study, state, Making(base=base, max_rules=max_rules))
+        on_progress("writing the file", 0, 0)
+        return writer.learn(study, state, Making(base=base, max_rules=max_rules), on_progress=on_progress)
 
 
 class _Subject(NamedTuple):
