@@ -95,6 +95,19 @@ class GltfDocument:
             raise ValueError(f"bufferViews {index!r} ends at byte {end} of a buffer of {len(content)} bytes")
         return content, start, end, view.get("byteStride")
 
+    def image(self, index: object) -> bytes:
+        """Content of an image that lies in the file itself, or in a file beside it.
+
+        Raises:
+            ValueError: If it does not exist.
+            AssetError: If its file cannot be read.
+        """
+        image = self.entry("images", index)
+        if "uri" in image:
+            return self._content_of(image["uri"])
+        content, start, end, _ = self.view(image.get("bufferView"))
+        return content[start:end]
+
     def _has_content(self, number: object) -> bool:
         return "uri" in self.entry("buffers", number) or (number == 0 and self.binary is not None)
 
@@ -112,6 +125,9 @@ class GltfDocument:
             if number != 0 or self.binary is None:
                 raise ValueError(f"buffers {number!r} has no content")
             return self.binary
+        return self._content_of(uri)
+
+    def _content_of(self, uri: str) -> bytes:
         if not uri.startswith("data:"):
             return self.neighbours(unquote(uri))
         head, _, data = uri.partition(",")

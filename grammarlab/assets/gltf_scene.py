@@ -15,7 +15,8 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.assets.gltf_data import Accessors, GltfDocument, UnreadableError, parse_document
-from grammarlab.assets.mesh_parts import Color, Indices, MeshPart, Neighbours, color_of
+from grammarlab.assets.gltf_surface import corner_values, material_of
+from grammarlab.assets.mesh_parts import Indices, MeshPart, Neighbours
 from grammarlab.errors import AssetError
 
 _INSTANCING = "EXT_mesh_gpu_instancing"
@@ -27,9 +28,9 @@ _POINTS_AT_ONCE = 1 << 16
 """Number of points whose matrices are in memory at the same time."""
 _INVALID = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RecursionError, struct.error)
 """Errors of values of another type or shape than in a valid file."""
-_ROWS_PER_CORNER = 2
-"""Number of decoded rows per corner of triangles: a position and an index, if no two triangles share points."""
-_WHITE = (1.0, 1.0, 1.0, 1.0)
+_ROWS_PER_CORNER = 6
+"""Number of decoded rows per corner of triangles: a position, an index, a normal and some texture coordinates, if no
+two triangles share points."""
 _Key = tuple[int, tuple[float, ...], int | None]
 """A mesh, the weights of its morph targets, and its skin."""
 
@@ -129,18 +130,24 @@ class _Scene:
             rows = self.accessors.integers(primitive["indices"])[:, 0]
         triangles = _triangles_of(mode, rows)
         if len(triangles):
+            normals, coordinates = corner_values(primitive, len(points), self.document, self.accessors)
+            # Before the instances, since a few corners may be among very many points.
+            used = np.unique(triangles)
             part = MeshPart.of_triangles(points, triangles)
-            yield MeshPart.of_triangles(*_instanced(part.points, part.triangles, matrices), self._color(primitive))
+            moved, corners = _instanced(part.points, part.triangles, matrices)
+            corner = corners.ravel()
+            instance, point = np.divmod(corner, len(part.points))
+            is_posed = skin is not None or "targets" in primitive
+            yield MeshPart.of_faces(
+                moved,
+                corner,
+                np.full(len(corners), 3),
+                material_of(primitive, self.document),
+                None if normals is None or is_posed else _turned(normals[used[point]], matrices[instance]),
+                tuple(values[used[point]] for values in coordinates),
+            )
         elif mode == _POINTS:
             yield MeshPart.of_points(_instanced(points[rows], triangles, matrices)[0])
-
-    def _color(self, primitive: dict[str, Any]) -> Color | None:
-        if "material" not in primitive:
-            return None
-        material = self.document.entry("materials", primitive["material"])
-        metal = material.get("pbrMetallicRoughness", {}).get("baseColorFactor")
-        gloss = material.get("extensions", {}).get("KHR_materials_pbrSpecularGlossiness", {}).get("diffuseFactor")
-        return color_of(_WHITE if metal is None and gloss is None else metal or gloss)
 
 
 @dataclass(frozen=True, slots=True)
@@ -322,6 +329,14 @@ def _instanced(points: Floats, triangles: Indices, matrices: Floats) -> tuple[Fl
     mirrored = np.linalg.det(matrices[:, :3, :3]) < 0.0
     shifted[mirrored] = shifted[mirrored][:, :, ::-1]
     return moved.reshape(-1, 3), shifted.reshape(-1, 3)
+
+
+def _turned(normals: Floats, matrices: Floats) -> Floats:
+    """Normals [C, 3] on surfaces that are moved by matrices [C, 4, 4], of any length."""
+    x, y, z = np.moveaxis(matrices[:, :3, :3], 2, 0)
+    cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=2)
+    cofactors *= np.where(np.linalg.det(matrices[:, :3, :3]) < 0.0, -1.0, 1.0)[:, None, None]
+    return np.einsum("cij,cj->ci", cofactors, normals)
 
 
 def _positions(primitive: dict[str, Any], weights: Sequence[float], skin: _Skin | None, accessors: Accessors) -> Floats:

@@ -13,14 +13,16 @@ import io
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.assets.mesh_parts import MeshPart, Neighbours, as_one_mesh
+from grammarlab.assets.image_paths import INSIDE, image_beside
+from grammarlab.assets.mesh_parts import MeshPart, Neighbours, PartMaterial, as_one_mesh, welded
+from grammarlab.assets.srgb import srgb_from_linear
 from grammarlab.errors import AssetError, MissingAssetError
 from grammarlab.files import read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -46,6 +48,9 @@ class Asset:
     """[3] low corner of its bounding box in the file, in the file's units."""
     size: NDArray[np.float64]
     """[3] the extent of its bounding box."""
+    materials: tuple[PartMaterial | None, ...] = (None,)
+    """The materials of its faces, by `CornerData.slots`: colors are sRGB, textures paths of images as rules name them;
+    None for faces without a material."""
 
 
 class AssetFolder:
@@ -104,11 +109,42 @@ def load_asset(path: str, root: Path) -> Asset:
     file = find_asset(path, root)
     if file.suffix.lower() not in _ASSET_FORMATS:
         raise AssetError(f'the asset "{path}" is not a readable mesh; expected {", ".join(_ASSET_FORMATS)}')
-    mesh = as_one_mesh(_read(file, path, root))
+    parts = _read(file, path, root)
+    mesh = as_one_mesh(parts)
+    if file.suffix.lower() != ".obj":
+        mesh = welded(mesh)
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     size = high - low
-    unit = (mesh.points - low) * np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
-    return Asset(mesh.with_points(unit), low, size)
+    scale = np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
+    unit = mesh.with_points((mesh.points - low) * scale, stretch=np.where(size > 0.0, scale, 1.0)[None])
+    place = file.relative_to(root.resolve())
+    materials = dict.fromkeys(part.material for part in parts)
+    return Asset(unit, low, size, tuple(material and _placed(material, place, root) for material in materials))
+
+
+def _placed(material: PartMaterial, file: Path, root: Path) -> PartMaterial:
+    """A material of a file with sRGB colors, and an image as rules name it.
+
+    Args:
+        material: the material, as the file has it.
+        file: path of the file relative to the asset folder.
+        root: the asset folder.
+    """
+    texture = material.texture
+    if texture.startswith(INSIDE):
+        texture = file.as_posix() + texture
+    elif texture:
+        texture = image_beside(texture, file.parent, root)
+    if file.suffix.lower() == ".obj":
+        return replace(material, texture=texture)
+    red, green, blue = srgb_from_linear(np.array(material.color[:3])).tolist()
+    glow = srgb_from_linear(np.array(material.emissive)).tolist()
+    return replace(
+        material,
+        texture=texture,
+        color=(red, green, blue, material.color[3]),
+        emissive=(glow[0], glow[1], glow[2]),
+    )
 
 
 def find_asset(path: str, root: Path) -> Path:

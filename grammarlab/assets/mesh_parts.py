@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, offsets_from_counts
 from grammarlab.errors import AssetError
+from grammarlab.geometry.meshes.corner_data import CornerData, join_data
 from grammarlab.geometry.meshes.measure import is_convex
-from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.mesh import Meshes, Soup
+from grammarlab.geometry.meshes.ragged import next_in_row, sum_rows
 from grammarlab.geometry.meshes.triangulate import triangulate
 
 Indices: TypeAlias = NDArray[np.int64]
@@ -29,8 +31,20 @@ at worst."""
 
 
 @dataclass(frozen=True, slots=True)
+class PartMaterial:
+    """Material of a part, in the units of its file: colors are sRGB in OBJ, linear light in glTF."""
+
+    color: Color
+    texture: str = ""
+    """Image in the words of the file: a path, or ``#image3`` for an image inside a glTF file; empty for none."""
+    metallic: float = 0.0
+    roughness: float = 0.8
+    emissive: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
 class MeshPart:
-    """Faces of one color, or points without faces."""
+    """Faces of one material, or points without faces."""
 
     points: Floats
     """[P, 3] points; each is a corner of a face if there are faces."""
@@ -38,8 +52,12 @@ class MeshPart:
     """[C] rows of `points`: the corners of the faces, one face after the other; C is 0 for a scan."""
     counts: Indices
     """[F] number of corners of each face, at least 3."""
-    color: Color | None = None
-    """Main color of its material; None if the file has none."""
+    material: PartMaterial | None = None
+    """None if the file has none."""
+    normals: Floats | None = None
+    """[C, 3] normal of each corner, of any length; NaN or zero for none."""
+    coordinates: tuple[Floats, ...] = ()
+    """For each uv set, [C, 2] u and v (upwards) of each corner, NaN for none; the first is that of the texture."""
 
     def __post_init__(self) -> None:
         """Refuse points and faces that no program can use.
@@ -57,7 +75,15 @@ class MeshPart:
             raise AssetError("it has faces with corners that do not exist")
 
     @classmethod
-    def of_faces(cls, points: Floats, corners: Indices, counts: Indices, color: Color | None = None) -> MeshPart:
+    def of_faces(
+        cls,
+        points: Floats,
+        corners: Indices,
+        counts: Indices,
+        material: PartMaterial | None = None,
+        normals: Floats | None = None,
+        coordinates: tuple[Floats, ...] = (),
+    ) -> MeshPart:
         """Faces with their own corners among points [P, 3] that other parts may use.
 
         Raises:
@@ -66,21 +92,26 @@ class MeshPart:
         used, rows = np.unique(corners, return_inverse=True)
         if len(used) and not 0 <= used[0] <= used[-1] < len(points):
             raise AssetError(f"it has {len(points):,} points, and faces with corners that do not exist")
-        return cls(points[used], rows.ravel().astype(np.int64), counts, color)
+        return cls(points[used], rows.ravel().astype(np.int64), counts, material, normals, coordinates)
 
     @classmethod
-    def of_triangles(cls, points: Floats, triangles: Indices, color: Color | None = None) -> MeshPart:
+    def of_triangles(cls, points: Floats, triangles: Indices) -> MeshPart:
         """Triangles [T, 3] with their own corners among points [P, 3] that other parts may use.
 
         Raises:
             AssetError: If a triangle has a corner that does not exist.
         """
-        return cls.of_faces(points, triangles.ravel(), np.full(len(triangles), 3), color)
+        return cls.of_faces(points, triangles.ravel(), np.full(len(triangles), 3))
 
     @classmethod
     def of_points(cls, points: Floats) -> MeshPart:
         """Points [P, 3] without faces."""
         return cls(points, np.zeros(0, np.int64), np.zeros(0, np.int64))
+
+    @property
+    def color(self) -> Color | None:
+        """Main color of its material; None if the file has none."""
+        return None if self.material is None else self.material.color
 
     @property
     def num_triangles(self) -> int:
@@ -134,13 +165,27 @@ def joined(parts: Sequence[MeshPart]) -> tuple[Floats, Indices]:
 
 
 def as_one_mesh(parts: Sequence[MeshPart]) -> Meshes:
-    """The faces of all parts, as polygons of one mesh."""
+    """The faces of all parts, as polygons of one mesh; its slots number the different materials of the parts."""
     points = _all_points(parts)
     corners = [part.corners + first for part, first in zip(parts, _firsts(parts), strict=False)]
     counts = np.concatenate([np.zeros(0, np.int64), *(part.counts for part in parts)])
     ends = np.array([0, len(counts)]), np.array([0, len(points)])
     every_corner = np.concatenate([np.zeros(0, np.int64), *corners])
-    return Meshes(points, every_corner, offsets_from_counts(counts), *ends, np.zeros(len(counts), np.int8))
+    slots = {material: number for number, material in enumerate(dict.fromkeys(part.material for part in parts))}
+    data = join_data([(_data_of(part, slots[part.material]), len(part.corners), len(part.counts)) for part in parts])
+    return Meshes(points, every_corner, offsets_from_counts(counts), *ends, np.zeros(len(counts), np.int8), data)
+
+
+def _data_of(part: MeshPart, slot: int) -> CornerData | None:
+    """Values of the corners of a part and the number of its material; None if it has none and the first material."""
+    if part.normals is None and not part.coordinates and slot == 0:
+        return None
+    normals = np.full((len(part.corners), 3), np.nan) if part.normals is None else part.normals
+    length = np.sqrt((normals**2).sum(axis=1))
+    known = (length > 0.0) & np.isfinite(length)
+    normals = np.where(known[:, None], normals, np.nan) / np.where(known, length, 1.0)[:, None]
+    values = np.concatenate([normals, *part.coordinates], axis=1)
+    return CornerData(values, np.full(len(part.counts), slot, np.int32))
 
 
 def _firsts(parts: Sequence[MeshPart]) -> list[int]:
@@ -162,3 +207,22 @@ def color_of(channels: object) -> Color | None:
         return None
     red, green, blue, opacity = (np.round(np.round(255.0 * np.clip([*values, 1.0][:4], 0.0, 1.0)) / 255.0, 4)).tolist()
     return red, green, blue, opacity
+
+
+def welded(mesh: Meshes) -> Meshes:
+    """One mesh whose faces share points of equal position, without faces that then have a corner twice.
+
+    Files that keep one normal for each point have several points at the edges of flat faces.
+    """
+    order = np.lexsort(mesh.points.T)
+    is_new = np.append(True, (np.diff(mesh.points[order], axis=0) != 0.0).any(axis=1))
+    first = np.empty(len(order), np.int64)
+    first[order] = order[is_new][np.cumsum(is_new) - 1]
+    used, corners = np.unique(first[mesh.corners], return_inverse=True)
+    ends = np.array([0, len(used)])
+    shared = Meshes(mesh.points[used], corners, mesh.face_offsets, mesh.mesh_faces, ends, mesh.tags, mesh.data)
+    faces = Soup.of_faces(shared, np.arange(shared.num_faces))
+    differs = sum_rows(faces.rows == faces.rows[next_in_row(faces.offsets)], faces.offsets) == 0
+    if not differs.any():
+        return mesh
+    return faces.where(differs).meshes(shared.points, np.zeros(len(used), np.int64), 1)

@@ -12,9 +12,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from grammarlab.arrays import Floats, row_of_value
-from grammarlab.assets.mesh_parts import FARTHEST, Color, Indices, MeshPart, Neighbours, color_of
+from grammarlab.assets.mesh_parts import FARTHEST, Indices, MeshPart, Neighbours, PartMaterial
+from grammarlab.assets.mtl_reader import read_mtl
 from grammarlab.errors import AssetError
 
+_WIDTHS = {b"vt": 2, b"vn": 3}
+"""Numbers that are read of each texture coordinate and each normal, in the order of their references in faces."""
+_MOST_VALUES = 1 << 40
+"""More than any file has; larger numbers of texture coordinates and normals are none."""
+_LARGEST_VALUE = 1e9
+"""Largest number of a texture coordinate or normal; larger ones are none."""
 _FREE_FORM = frozenset({b"curv", b"curv2", b"surf"})
 _MAX_CHARACTERS = 60
 """Characters of a line that a message shows."""
@@ -30,6 +37,10 @@ class _Text:
     """[P] line of each point, from 0."""
     corners: list[int] = field(default_factory=list)
     """[C] points of the corners of faces, from 1."""
+    values: dict[bytes, list[bytes]] = field(default_factory=lambda: {b"vt": [], b"vn": []})
+    """Words of texture coordinates (two each) and normals (three each)."""
+    value_corners: dict[bytes, list[int]] = field(default_factory=lambda: {b"vt": [], b"vn": []})
+    """[C] number of those of the corners of faces, from 1; 0 for none. Empty if no face has any."""
     counts: list[int] = field(default_factory=list)
     """[F] number of corners."""
     face_lines: list[int] = field(default_factory=list)
@@ -43,7 +54,7 @@ class _Text:
 
 
 def read_obj(content: bytes, neighbours: Neighbours) -> list[MeshPart]:
-    r"""Parts of an OBJ file, one for each color; the points if there are no faces.
+    r"""Parts of an OBJ file, one for each material; the points if there are no faces.
 
     Args:
         content: the whole file.
@@ -67,7 +78,7 @@ def read_obj(content: bytes, neighbours: Neighbours) -> list[MeshPart]:
         return [MeshPart.of_points(points)] if len(points) else []
     counts = np.array(text.counts)
     corners = _checked_corners(counts, text, points)
-    return _by_color(points, corners, counts, _colors(text, neighbours))
+    return _by_material(points, corners, counts, text, neighbours)
 
 
 def _joined(content: bytes) -> list[bytes]:
@@ -96,7 +107,11 @@ def _statements(lines: Sequence[bytes]) -> _Text:
                 raise AssetError(f"line {number + 1}: expected v x y z, found {_excerpt(line)}")
             text.coordinates += words[1:4]
             text.point_lines.append(number)
+        elif keyword in _WIDTHS:
+            text.values[keyword] += [*words[1 : 1 + _WIDTHS[keyword]], b"0", b"0"][: _WIDTHS[keyword]]
         elif keyword == b"f" and len(words) > 3:  # faces of two corners are empty
+            if b"/" in line:
+                _add_value_corners(text, words[1:])
             text.corners += _corners(words, len(text.point_lines), number, line)
             text.counts.append(len(words) - 1)
             text.face_lines.append(number)
@@ -122,6 +137,32 @@ def _corners(words: Sequence[bytes], num_points: int, number: int, line: bytes) 
     except ValueError:
         raise AssetError(f"line {number + 1}: expected numbers of points, found {_excerpt(line)}") from None
     return corners if min(corners) > 0 else [num_points + 1 + corner if corner < 0 else corner for corner in corners]
+
+
+def _add_value_corners(text: _Text, words: Sequence[bytes]) -> None:
+    """Add the texture coordinates and normals of the corners of a face; those that cannot be read are none."""
+    for place, (keyword, width) in enumerate(_WIDTHS.items(), 1):
+        references = text.value_corners[keyword]
+        references += [0] * (len(text.corners) - len(references))
+        total = len(text.values[keyword]) // width
+        for word in words:
+            parts = word.split(b"/", 3)
+            try:
+                reference = int(parts[place]) if len(parts) > place else 0
+            except ValueError:
+                reference = 0
+            references.append(min(max(reference if reference >= 0 else total + 1 + reference, 0), _MOST_VALUES))
+
+
+def _corner_values(text: _Text, keyword: bytes) -> Floats | None:
+    """[C, 2 or 3] texture coordinates or normals of the corners of faces, NaN for none; None if no corner has any."""
+    references, width = text.value_corners[keyword], _WIDTHS[keyword]
+    if not any(references):
+        return None
+    values = np.array([_number(word) for word in text.values[keyword]]).reshape(-1, width)
+    values[~(np.abs(values) <= _LARGEST_VALUE).all(axis=1)] = np.nan
+    rows = np.array([*references, *[0] * (len(text.corners) - len(references))])
+    return np.concatenate([np.full((1, width), np.nan), values])[np.where(rows > len(values), 0, rows)]
 
 
 def _points(text: _Text, lines: Sequence[bytes]) -> Floats:
@@ -169,52 +210,46 @@ def _checked_corners(counts: Indices, text: _Text, points: Floats) -> Indices:
     return corners
 
 
-def _by_color(points: Floats, corners: Indices, counts: Indices, colors: Sequence[Color | None]) -> list[MeshPart]:
-    """A part for each color, in the order of their first faces.
+def _by_material(
+    points: Floats, corners: Indices, counts: Indices, text: _Text, neighbours: Neighbours
+) -> list[MeshPart]:
+    """A part for each material, in the order of their first faces.
 
     Raises:
         AssetError: If concave faces have too many corners.
     """
-    numbers = {color: number for number, color in enumerate(dict.fromkeys(colors))}
-    number = np.array([numbers[color] for color in colors])
+    materials = _materials(text, neighbours)
+    numbers = {material: number for number, material in enumerate(dict.fromkeys(materials))}
+    number = np.array([numbers[material] for material in materials])
+    normals, coordinates = _corner_values(text, b"vn"), _corner_values(text, b"vt")
     parts = []
-    for color, number_of_color in numbers.items():
-        faces = number == number_of_color
-        parts.append(MeshPart.of_faces(points, corners[faces.repeat(counts)], counts[faces], color))
-        parts[-1].require_simple()
+    for material, number_of_material in numbers.items():
+        faces = number == number_of_material
+        chosen = faces.repeat(counts)
+        part = MeshPart.of_faces(
+            points,
+            corners[chosen],
+            counts[faces],
+            material,
+            None if normals is None else normals[chosen],
+            () if coordinates is None else (coordinates[chosen],),
+        )
+        part.require_simple()
+        parts.append(part)
     return parts
 
 
-def _colors(text: _Text, neighbours: Neighbours) -> list[Color | None]:
-    """[F] color of each face."""
+def _materials(text: _Text, neighbours: Neighbours) -> list[PartMaterial | None]:
+    """[F] material of each face."""
     if not any(text.materials):
         return [None] * len(text.materials)
-    library_colors: dict[bytes, Color | None] = {}
+    library: dict[bytes, PartMaterial | None] = {}
     for name in dict.fromkeys(text.libraries):
         try:
-            library_colors |= _library(neighbours(name.decode("utf-8", errors="replace")))
+            library |= read_mtl(neighbours(name.decode("utf-8", errors="replace")))
         except AssetError:
-            continue  # the shape is complete without its colors
-    return [library_colors.get(material) for material in text.materials]
-
-
-def _library(content: bytes) -> dict[bytes, Color | None]:
-    """Diffuse color and opacity of each material of an MTL file."""
-    colors: dict[bytes, list[bytes]] = {}
-    opacity: dict[bytes, bytes] = {}
-    material = b""
-    for line in content.replace(b"\r", b"\n").split(b"\n"):
-        words = line.split()
-        if len(words) < 2:
-            continue
-        if words[0] == b"newmtl":
-            material = b" ".join(words[1:])
-            colors.setdefault(material, [])
-        elif words[0].lower() == b"kd":
-            colors[material] = words[1:4]
-        elif words[0] == b"d":
-            opacity[material] = words[-1]
-    return {name: color_of([*color, opacity.get(name, b"1")]) for name, color in colors.items()}
+            continue  # the shape is complete without its materials
+    return [library.get(material) for material in text.materials]
 
 
 def _excerpt(line: bytes) -> str:

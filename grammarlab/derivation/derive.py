@@ -27,6 +27,7 @@ from grammarlab.derivation.lots import Footprint, Footprints, Lots, StreetWidths
 from grammarlab.derivation.materials import MaterialTable
 from grammarlab.derivation.model_values import attributes_of_models
 from grammarlab.derivation.program import CompiledRule, Program
+from grammarlab.derivation.state.corner_maps import finished
 from grammarlab.derivation.state.mesh_table import MeshTable, normalized
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import FOOTPRINT, Ids, Shapes, concatenate
@@ -126,7 +127,7 @@ def derive(
             _evaluate_attributes(workspace)
             _run(program, workspace, starts[lots.start_rule])
     recorder = workspace.recorder
-    leaves = recorder.leaves(workspace.meshes, workspace.frames)
+    leaves = finished(recorder.leaves(workspace.meshes, workspace.frames), workspace)
     rotations, frame = workspace.frames.used(leaves.frame)
     texture_maps, texture_map = workspace.texture_maps.used(leaves.texture_map)
     return Forest(

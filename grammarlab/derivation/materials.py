@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -82,12 +82,18 @@ class Materials:
 
 
 class MaterialTable:
-    """The different materials of one derivation. Id 0 is the material of an initial shape."""
+    """The different materials of one derivation. Id 0 is the material of an initial shape.
+
+    A shape whose faces have several materials has one id for all of them, a palette: a change of the id is a change of
+    each of them. To rules, a palette looks like its first material.
+    """
 
     def __init__(self) -> None:
         default_row = (*CHANNELS.values(), "")
         self._ids: dict[tuple[float | str, ...], int] = {default_row: 0}
         self._rows: list[tuple[float | str, ...]] = [default_row]
+        self._palettes: dict[tuple[int, ...], int] = {}
+        self._members: dict[int, tuple[int, ...]] = {}
 
     def changed(
         self, materials: NDArray[np.int32], changes: Mapping[str, float | str | NDArray[np.float64]]
@@ -136,6 +142,31 @@ class MaterialTable:
             table[used] = self._intern(used, constants)
         return table[materials]
 
+    def inserted(
+        self, materials: NDArray[np.int32], of_asset: Sequence[Mapping[str, float | str] | None]
+    ) -> NDArray[np.int32]:
+        """Materials [N] of shapes after an asset with materials was inserted.
+
+        Args:
+            materials: [N] ids before.
+            of_asset: all channels of each material of the asset; None for faces that keep the material of the shape.
+        """
+        used, inverse = np.unique(materials, return_inverse=True)
+        ids = []
+        for material in used.tolist():
+            members = [material if channels is None else self._intern(0, channels) for channels in of_asset]
+            ids.append(self._palette([self.members(member)[0] for member in members]))
+        return np.array(ids, dtype=np.int32)[inverse]
+
+    def members(self, material: int) -> tuple[int, ...]:
+        """The materials of a palette by the slots of faces; the material itself for other ids."""
+        return self._members.get(material, (material,))
+
+    @property
+    def has_palettes(self) -> bool:
+        """Whether some shapes have several materials."""
+        return bool(self._members)
+
     def channel(self, materials: NDArray[np.int32], name: str) -> NDArray[np.float64]:
         """One number of each material [N]."""
         index = _INDEX_OF_CHANNEL[name]
@@ -150,7 +181,19 @@ class MaterialTable:
         channels = np.array([row[:-1] for row in self._rows], dtype=np.float64)
         return Materials(channels, tuple(str(row[-1]) for row in self._rows))
 
+    def _palette(self, members: Sequence[int]) -> int:
+        key = tuple(members)
+        if len(set(key)) == 1:
+            return key[0]
+        if key not in self._palettes:
+            self._palettes[key] = len(self._rows)
+            self._members[len(self._rows)] = key
+            self._rows.append(self._rows[key[0]])
+        return self._palettes[key]
+
     def _intern(self, material: int, changes: Mapping[str, float | str]) -> int:
+        if material in self._members:
+            return self._palette([self._intern(member, changes) for member in self._members[material]])
         row = list(self._rows[material])
         for name, value in changes.items():
             row[_INDEX_OF_CHANNEL[name]] = value

@@ -8,8 +8,9 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.assets.texture_files import find_texture
 from grammarlab.derivation.materials import Materials
-from grammarlab.export.gltf_materials import MaterialNumbers, find_texture, material_name
+from grammarlab.export.gltf_materials import MaterialNumbers, material_name
 from grammarlab.export.model_files import AbstractWriter, Output, write_whole
 from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.triangles import texture_coordinates

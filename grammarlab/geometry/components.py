@@ -109,7 +109,7 @@ def face_sets(meshes: Meshes, chosen: Indices, sizes: Indices) -> ComponentMeshe
     shapes = extract_faces(meshes, chosen, sizes)
     point_set = shapes.mesh_of_point()
     local = apply_transposed(rotation.take(point_set, axis=0), shapes.points - pivot.take(point_set, axis=0))
-    shapes, low, size = _fitted(shapes.with_points(local))
+    shapes, low, size = _fitted(shapes.with_points(local, turn=rotation.swapaxes(1, 2)))
     mesh = meshes.mesh_of_face()[first]
     return ComponentMeshes(
         mesh=mesh,
@@ -212,8 +212,8 @@ def face_vertices(meshes: Meshes) -> ComponentMeshes:
 
 def extract_faces(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
     """One mesh from each set of faces, with the points that its faces use."""
-    where, face_offsets = take_rows(meshes.face_offsets, chosen)
-    rows = meshes.corner_points()[where]
+    corner_index, face_offsets = take_rows(meshes.face_offsets, chosen)
+    rows = meshes.corner_points()[corner_index]
     corner_set = np.repeat(row_of_value(sizes), np.diff(face_offsets))
     where, corners = distinct_keys(corner_set * max(len(meshes.points), 1) + rows)
     point_set = corner_set[where]
@@ -225,6 +225,7 @@ def extract_faces(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
         offsets_from_counts(sizes),
         mesh_points,
         meshes.tags[chosen],
+        None if meshes.data is None else meshes.data.take(corner_index, chosen),
     )
 
 
@@ -233,7 +234,7 @@ def unaligned(components: ComponentMeshes) -> ComponentMeshes:
     owner = components.shapes.mesh_of_point()
     turned = apply(components.rotation.take(owner, axis=0), components.shapes.points)
     points = turned + components.origin.take(owner, axis=0)
-    shapes, low, size = _fitted(components.shapes.with_points(points))
+    shapes, low, size = _fitted(components.shapes.with_points(points, turn=components.rotation))
     rotation = np.broadcast_to(np.eye(3), components.rotation.shape)
     return replace(components, shapes=shapes, rotation=rotation, origin=low, pivot=low, size=size)
 
@@ -254,8 +255,8 @@ def joined(components: ComponentMeshes, sizes: Indices) -> ComponentMeshes:
     shapes = components.shapes
     counts = np.diff(shapes.face_offsets)
     faces = np.add.reduceat(np.diff(shapes.mesh_faces), first)
-    merged = Meshes.from_polygons(local[shapes.corner_points()], counts, faces)
-    fitting, low, size = _fitted(merged)
+    merged = Meshes.from_polygons(local[shapes.corner_points()], counts, faces).with_data(parts.shapes.data)
+    fitting, low, size = _fitted(merged.with_points(merged.points, turn=rotation[first].swapaxes(1, 2)))
     chosen = components.take(first)
     return replace(chosen, shapes=fitting, origin=chosen.pivot + apply(chosen.rotation, low), size=size)
 

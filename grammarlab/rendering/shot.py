@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import AnyFloats
+from grammarlab.assets.srgb import srgb_from_linear
 from grammarlab.rendering.camera import Camera
 from grammarlab.rendering.light.breaks import Breaks, edge_strength, find_breaks
 from grammarlab.rendering.light.ground import Ground, ground_below
@@ -15,7 +16,6 @@ from grammarlab.rendering.light.look import background, sun_direction
 from grammarlab.rendering.light.surfaces import ShadedModel, Surfaces, prepare
 from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
-from grammarlab.scene.shading import srgb_from_linear
 
 Rows = NDArray[np.int64]
 
@@ -143,7 +143,7 @@ def _heights(options: RenderOptions, start: int, stop: int) -> AnyFloats:
 
 def _spacings(batch: TriangleBatch, camera: Camera, options: RenderOptions) -> AnyFloats | float:
     """[T] metres between neighbouring samples on triangles that face the camera; 0 for models without pictures."""
-    if batch.coordinates is None:
+    if not batch.materials.pictures:
         return 0.0
     step = 2.0 * camera.half_height / (options.height * options.samples)
     if camera.parallel:

@@ -1,4 +1,4 @@
-"""Unique meshes as triangles with shading normals, and conversion between sRGB values and linear light.
+"""Unique meshes as triangles with shading normals.
 
 Facets are flat, and smooth where faces meet at less than a crease angle.
 """
@@ -6,6 +6,7 @@ Facets are flat, and smooth where faces meet at less than a crease angle.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,8 @@ class ShadedMeshes:
     """[M] whether every normal of the mesh is along an axis, as in boxes and upright rectangles."""
     coordinates: Floats | None = None
     """[V, 2] u and v of the vertices, v upwards; None if they follow from texture maps."""
+    corner_coordinates: Floats | None = None
+    """[V, 2] u and v that files of meshes gave the vertices, v upwards, NaN for none; None if no file gave any."""
 
 
 def shaded_meshes(scene: Scene, chosen: NDArray[np.integer], crease_angle: float) -> ShadedMeshes:
@@ -89,6 +92,14 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
     corner_face = corner_keys // num_points
     normals = _unit_or_up(_sums(vertex_of_corner, outward[corner_face], num_vertices))
 
+    coordinates = None
+    if meshes.data is not None:
+        place = np.zeros(len(corner_keys), np.int64)
+        place[corner] = np.arange(len(corner))
+        divided = _divided(vertex_of_corner, meshes.data.values[place, :5], normals)
+        vertex_of_corner, normals, coordinates = divided.vertex, divided.normals, divided.coordinates
+        vertex_key = corner_keys[divided.first]
+
     mesh_of_face = meshes.mesh_of_face()
     mesh_vertices = offsets_from_counts(np.bincount(mesh_of_face[vertex_key // num_points], minlength=len(meshes)))
     mesh_of_triangle = mesh_of_face[face_of_triangle]
@@ -102,27 +113,43 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
         mesh_vertices=mesh_vertices,
         mesh_triangles=mesh_triangles,
         axis_aligned=_axis_aligned(normals, mesh_vertices),
+        corner_coordinates=coordinates,
     )
 
 
-def linear_from_srgb(color: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Linear light in 0..1 from sRGB values in 0..1 (IEC 61966-2-1).
+class _Divided(NamedTuple):
+    """Vertices divided where files gave their corners different normals or texture coordinates."""
 
-    >>> linear_from_srgb(np.array([0.0, 0.5, 1.0])).round(4).tolist()
-    [0.0, 0.214, 1.0]
+    vertex: Ints
+    """[K] vertex of each distinct corner, numbered in order of first appearance."""
+    first: Ints
+    """[V] first distinct corner of each vertex."""
+    normals: Floats
+    """[V, 3] unit vectors."""
+    coordinates: Floats | None
+    """[V, 2] NaN for none; None if there are no coordinates at all."""
+
+
+def _divided(vertex_of_corner: Ints, values: Floats, normals: Floats) -> _Divided:
+    """Vertices with one normal and one pair of coordinates each.
+
+    Args:
+        vertex_of_corner: [K] vertex of each distinct corner.
+        values: [K, 3 or 5] normal of any length, u and v of the corners in a file; NaN for none.
+        normals: [V, 3] unit normals of the vertices.
     """
-    color = np.clip(color, 0.0, 1.0)
-    return np.where(color <= 0.04045, color / 12.92, ((color + 0.055) / 1.055) ** 2.4)
-
-
-def srgb_from_linear(light: NDArray[np.floating]) -> NDArray[np.floating]:
-    """SRGB values in 0..1 from linear light in 0..1.
-
-    >>> srgb_from_linear(np.array([0.0, 0.214, 1.0])).round(3).tolist()
-    [0.0, 0.5, 1.0]
-    """
-    light = np.clip(light, 0.0, 1.0)
-    return np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055)
+    key = np.column_stack([vertex_of_corner, np.where(np.isnan(values), np.inf, values)])
+    _, first, vertex = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    first, vertex = first[order], rank[vertex.ravel()]
+    of_file = values[first, :3]
+    length = np.sqrt((of_file**2).sum(axis=1))
+    known = length > 0.0
+    own = of_file / np.where(known, length, 1.0)[:, None]
+    coordinates = values[first, 3:5] if values.shape[1] > 3 and np.isfinite(values[:, 3:5]).any() else None
+    return _Divided(vertex, first, np.where(known[:, None], own, normals[vertex_of_corner[first]]), coordinates)
 
 
 def _smooth_groups(meshes: Meshes, point: Ints, face: Ints, corner: Ints, outward: Floats, crease_angle: float) -> Ints:

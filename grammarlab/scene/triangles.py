@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints, offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import Floats, Ints, offsets_from_counts, row_of_value, take_rows
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.materials import Materials
 from grammarlab.geometry.meshes.triangulate import triangulate
@@ -62,6 +62,9 @@ class TriangleBatch:
     """[num_models, 3] origin of each model's vertices, in world metres."""
     coordinates: NDArray[np.float32] | None = None
     """[V, 2] u and v of the vertices, v upwards, in place of texture maps; None if they follow from these."""
+    corner_coordinates: NDArray[np.float32] | None = None
+    """[V, 2] u and v that files of meshes gave the vertices, v upwards, NaN for none; triangles without texture maps
+    have them. None if no file gave any."""
 
     def model(self, index: int) -> TriangleBatch:
         """Model `index` alone, as a batch of one (arrays are views where they can be)."""
@@ -85,6 +88,7 @@ class TriangleBatch:
             texture_maps=self.texture_maps,
             origins=self.origins[index : index + 1],
             coordinates=None if self.coordinates is None else self.coordinates[vertices],
+            corner_coordinates=None if self.corner_coordinates is None else self.corner_coordinates[vertices],
         )
 
     def of_groups(self, groups: Ints) -> TriangleBatch:
@@ -107,6 +111,7 @@ class TriangleBatch:
             texture_maps=self.texture_maps,
             origins=self.origins,
             coordinates=None if self.coordinates is None else self.coordinates[vertex],
+            corner_coordinates=None if self.corner_coordinates is None else self.corner_coordinates[vertex],
         )
 
     def material_of_triangle(self) -> NDArray[np.int32]:
@@ -161,7 +166,8 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
         texture_map=_texture_map(scene, triangle_offsets),
         texture_maps=scene.texture_maps,
         origins=scene.origins,
-        coordinates=_vertex_coordinates(shaded, mesh),
+        coordinates=_of_vertices(shaded.coordinates, shaded, mesh),
+        corner_coordinates=_of_vertices(shaded.corner_coordinates, shaded, mesh),
     )
 
 
@@ -182,7 +188,7 @@ def leaf_of_triangle(forest: Forest) -> Ints:
 
 
 def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.float32]:
-    """U and v of the corners of selected triangles [T] of a batch: from their maps, or in metres without a map.
+    """U and v of the corners of selected triangles [T] of a batch: from maps, from files of meshes, or in metres.
 
     Returns:
         [T, 3, 2] with v downwards, as in glTF; up to `_MANY_REPEATS` whole repeats are kept.
@@ -191,6 +197,10 @@ def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.fl
         return downwards(batch.coordinates)[batch.triangles[triangles]]
     corners, chosen = batch.vertices[batch.triangles[triangles]], batch.texture_map[triangles]
     coordinates = _planar_coordinates(corners).astype(np.float64)
+    if batch.corner_coordinates is not None:
+        of_file = batch.corner_coordinates[batch.triangles[triangles]].astype(np.float64)
+        own = np.flatnonzero((chosen < 0) & np.isfinite(of_file).all(axis=(1, 2)))
+        coordinates[own] = of_file[own] * (1.0, -1.0) + (0.0, 1.0)
     mapped = np.flatnonzero(chosen >= 0)
     if len(mapped):
         rows = batch.texture_maps[chosen[mapped]]
@@ -222,12 +232,12 @@ def _texture_map(scene: Scene, triangle_offsets: Ints) -> NDArray[np.int32]:
     return scene.texture_map.repeat(np.diff(triangle_offsets))
 
 
-def _vertex_coordinates(shaded: ShadedMeshes, mesh: Ints) -> NDArray[np.float32] | None:
-    """[V, 2] texture coordinates of the vertices of instances of meshes [I]; None if meshes have none."""
-    if shaded.coordinates is None:
+def _of_vertices(values: Floats | None, shaded: ShadedMeshes, mesh: Ints) -> NDArray[np.float32] | None:
+    """[V, 2] values of the vertices of instances of meshes [I], from those of the meshes; None if they have none."""
+    if values is None:
         return None
     source, _ = take_rows(shaded.mesh_vertices, mesh)
-    return shaded.coordinates.astype(np.float32).take(source, axis=0)
+    return values.astype(np.float32).take(source, axis=0)
 
 
 def _planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:

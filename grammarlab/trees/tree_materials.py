@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from grammarlab.assets.texture_files import find_texture
 from grammarlab.derivation.materials import CHANNELS, Materials
-from grammarlab.export.gltf_materials import find_texture
 from grammarlab.trees.species import Look
 
 BARK, LEAF, BLOSSOM = range(3)

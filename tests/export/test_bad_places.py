@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from grammarlab.assets import texture_files
+from grammarlab.assets.texture_files import find_texture
 from grammarlab.errors import AssetError, DerivationError, UsageError
-from grammarlab.export import SaveOptions, gltf_document, gltf_materials, model_files, save, save_each
-from grammarlab.export.gltf_materials import find_texture
+from grammarlab.export import SaveOptions, gltf_document, model_files, save, save_each
 from grammarlab.export.model_files import whole_file
 from grammarlab.scene import Scene
 from tests.scene.buildings import BOX, STONE, house, materials, scene_of, street
@@ -240,7 +241,7 @@ def test_files_that_are_no_images_are_refused(assets):
 
 @pytest.mark.parametrize(("limit", "message"), [("MOST_BYTES", "MiB"), ("MOST_PIXELS", "4 x 4 pixels")])
 def test_images_that_are_too_large_are_refused(assets, monkeypatch, limit, message):
-    monkeypatch.setattr(gltf_materials, limit, 10)
+    monkeypatch.setattr(texture_files, limit, 10)
     with pytest.raises(AssetError, match=message):
         find_texture("walls/brick.png", assets)
 

@@ -12,10 +12,10 @@ from PIL import Image
 from trimesh.visual import ColorVisuals
 from trimesh.visual.material import SimpleMaterial
 
+from grammarlab.assets.srgb import linear_from_srgb, srgb_from_linear
 from grammarlab.export import FORMATS, SaveOptions, save, save_each
 from grammarlab.scene import Scene, triangles
 from grammarlab.scene.layout import grid, model_bounds
-from grammarlab.scene.shading import linear_from_srgb, srgb_from_linear
 from tests.export.gltf import read_glb, world
 from tests.scene import brute_force
 from tests.scene.buildings import GLASS, LAMP, STEEL, STONE, house, materials, scene_of, street

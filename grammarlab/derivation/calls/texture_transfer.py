@@ -12,7 +12,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value, number_column
-from grammarlab.derivation.state.texture_maps import NONE, map_name, projection_name
+from grammarlab.derivation.state.texture_maps import NONE, WORLD, map_name, projection_name
 from grammarlab.derivation.state.workspace import Workspace
 
 PIVOT_POSITION = ("pivot.px", "pivot.py", "pivot.pz")
@@ -56,6 +56,8 @@ def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
     for name in names:
         ids = cast("Ids", after.state[name])
         rows = np.flatnonzero(ids >= 0)
+        if workspace.meshes.has_data:
+            rows = rows[workspace.texture_maps.source(ids[rows]) == WORLD]
         if len(rows):
             ids = ids.copy()
             ids[rows] = _moved(before.take(rows), after.take(rows), ids[rows], workspace)

@@ -5,18 +5,20 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.shape_measures import local_meshes
-from grammarlab.derivation.state.shapes import Shapes, Value, kind_of
-from grammarlab.derivation.state.texture_maps import NUM_SETS, map_ids
+from grammarlab.derivation.state.corner_maps import own_maps
+from grammarlab.derivation.state.shapes import Ids, Shapes, Value, kind_of
+from grammarlab.derivation.state.texture_maps import DELETED, NUM_SETS, WORLD, with_maps
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import DerivationError, Location
-from grammarlab.geometry.meshes.measure import face_areas, face_normals
+from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.meshes.ragged import max_rows, sum_rows
-from grammarlab.geometry.meshes.vectors import dot
+from grammarlab.geometry.meshes.ragged import max_rows, next_in_row, sum_rows
+from grammarlab.geometry.meshes.vectors import cross, dot, norm
 
 SPACES = frozenset({"uvSpace", "unitSpace"})
 UV_AXES = ("u", "v")
@@ -48,8 +50,10 @@ class Range(NamedTuple):
 
 def range_of(shapes: Shapes, uv_set: int, axis: int, workspace: Workspace) -> Range:
     """Coordinate u (axis 0) or v (axis 1) of one uv set on shapes [N]."""
-    ids = map_ids(shapes, uv_set)
+    ids = own_maps(shapes, uv_set, workspace)
     rows = np.flatnonzero(ids >= 0)
+    if workspace.meshes.has_data and (workspace.texture_maps.source(ids[rows]) != WORLD).any():
+        return _range_with_corners(shapes, ids, uv_set, axis, workspace)
     gradient, start = np.zeros((shapes.num, 3)), np.zeros(shapes.num)
     if len(rows):
         map_rows = workspace.texture_maps.take(ids[rows])[:, axis]
@@ -62,6 +66,70 @@ def range_of(shapes: Shapes, uv_set: int, axis: int, workspace: Workspace) -> Ra
     low = np.where(filled, -max_rows(-values, meshes.mesh_points, -np.inf), 0.0)
     high = np.where(filled, max_rows(values, meshes.mesh_points, -np.inf), 0.0)
     return Range(gradient, start, low, high, _metres(meshes, gradient))
+
+
+def _range_with_corners(shapes: Shapes, ids: Ids, uv_set: int, axis: int, workspace: Workspace) -> Range:
+    """Coordinate u or v on shapes [N] of which some have the coordinates of the corners of their meshes.
+
+    The gradient is a mean over the faces: exact where the coordinate changes evenly along the whole shape.
+
+    Args:
+        shapes: the shapes.
+        ids: [N] their maps.
+        uv_set: the set.
+        axis: 0 for u, 1 for v.
+        workspace: workspace of the derivation.
+    """
+    source = np.full(shapes.num, WORLD, dtype=np.int8)
+    source[ids >= 0] = workspace.texture_maps.source(ids[ids >= 0])
+    own, others = np.flatnonzero(source != WORLD), np.flatnonzero(source == WORLD)
+    columns = [np.zeros((shapes.num, 3)), *(np.zeros(shapes.num) for _ in range(4))]
+    if len(others):
+        without = with_maps(shapes.take(others), uv_set, np.where(ids[others] >= 0, ids[others], DELETED))
+        for column, values in zip(columns, range_of(without, uv_set, axis, workspace), strict=True):
+            column[others] = values
+    meshes = local_meshes(shapes.take(own), workspace)
+    rows = workspace.texture_maps.take(ids[own])[:, axis]
+    for column, values in zip(columns, corner_range(meshes, rows, source[own]), strict=True):
+        column[own] = values
+    return Range(*columns)
+
+
+def corner_range(meshes: Meshes, rows: Floats, source: NDArray[np.int8]) -> Range:
+    """A function of the coordinates of the corners of meshes [M].
+
+    Args:
+        meshes: the meshes, in metres.
+        rows: [M, 4] the function ``row @ (u, v, 0, 1)``.
+        source: [M] uv set that it is a function of.
+    """
+    mesh, count = meshes.mesh_of_corner(), len(meshes)
+    values = np.zeros(len(mesh))
+    for chosen_set in np.unique(source).tolist():
+        chosen = np.flatnonzero(source[mesh] == chosen_set)
+        if meshes.data is not None and len(chosen):
+            u, v = meshes.data.coordinates(chosen_set)[chosen].T
+            of_corner = rows[mesh[chosen]]
+            values[chosen] = np.nan_to_num(of_corner[:, 0] * u + of_corner[:, 1] * v + of_corner[:, 3])
+    normals, area = face_normals(meshes), face_areas(meshes)
+    # The mean gradient over a face is the sum over its edges of value, length and direction out of the face.
+    out = cross(corner_edges(meshes), normals.take(meshes.face_of_corner(), axis=0))
+    middle = 0.5 * (values + values[next_in_row(meshes.face_offsets)])
+    face_sums = np.stack([sum_rows(middle * out[:, k], meshes.face_offsets) for k in range(3)], axis=1)
+    steepness = norm(face_sums) / np.where(area > 0.0, area, 1.0)
+    offsets = meshes.face_offsets[meshes.mesh_faces]
+    sums = np.stack([sum_rows(face_sums[:, k], meshes.mesh_faces) for k in range(3)], axis=1)
+    whole = sum_rows(area, meshes.mesh_faces)
+    gradient = sums / np.where(whole > 0.0, whole, 1.0)[:, None]
+    filled = np.diff(offsets) > 0
+    low = np.where(filled, -max_rows(-values, offsets, -np.inf), 0.0)
+    high = np.where(filled, max_rows(values, offsets, -np.inf), 0.0)
+    start = np.zeros(count)
+    first = offsets[:-1][filled]
+    start[filled] = values[first] - dot(gradient[filled], meshes.points[meshes.corner_points()[first]])
+    climb = sum_rows(area * steepness, meshes.mesh_faces)
+    changing = sum_rows(np.where(steepness > 0.0, area, 0.0), meshes.mesh_faces)
+    return Range(gradient, start, low, high, np.where(climb > 0.0, changing / np.where(climb > 0.0, climb, 1.0), 0.0))
 
 
 def _metres(meshes: Meshes, gradient: Floats) -> Floats:
@@ -122,7 +190,7 @@ def _bound(axis: int, is_low: bool) -> Builtin:
 
 
 def _has_coordinates(call: FunctionCall) -> Value:
-    return map_ids(call.shapes, _uv_set(call)) >= 0
+    return own_maps(call.shapes, _uv_set(call), call.workspace) >= 0
 
 
 BUILTINS: dict[str, Builtin] = {

@@ -53,7 +53,8 @@ def reframed(call: BoundCall, turn: Floats) -> Shapes:
         position = shapes.position + frames.to_world(frame, np.minimum(extent, 0.0))
         return shapes._replace(position=position, size=np.abs(extent), frame=frame)
     meshes = local_meshes(shapes, call.workspace)
-    turned = meshes.with_points(np.einsum("pji,pj->pi", turn[meshes.mesh_of_point()], meshes.points))
+    points = np.einsum("pji,pj->pi", turn[meshes.mesh_of_point()], meshes.points)
+    turned = meshes.with_points(points, turn=turn.swapaxes(1, 2))
     unit, low, size = normalized(turned)
     mesh = np.where(shapes.mesh == EMPTY, np.int32(EMPTY), add_faces(table, unit))
     return shapes._replace(
@@ -227,7 +228,9 @@ def _mirrored(call: BoundCall, flips: Sequence[bool]) -> Shapes:
     for axis, flip in enumerate(flips):
         if flip:
             points[:, axis] = np.where(filled[:, axis], 1.0 - points[:, axis], points[:, axis])
-    mirrored = meshes.with_points(points)
+    # Reversed faces get reversed normals, but a mirrored normal still points outwards.
+    signs = np.where(flips, -1.0, 1.0) * (-1.0 if sum(flips) % 2 else 1.0)
+    mirrored = meshes.with_points(points, stretch=np.broadcast_to(signs, (len(meshes), 3)))
     if sum(flips) % 2:
         mirrored = mirrored.reversed()
     mesh = shapes.mesh.copy()

@@ -117,7 +117,8 @@ def stood_up(call: BoundCall, solid: Meshes, along: Floats) -> Shapes:
     """
     shapes, frames, table = call.shapes, call.workspace.frames, call.workspace.meshes
     rotation = _standing_on(along)
-    turned = solid.with_points(np.einsum("pji,pj->pi", rotation[solid.mesh_of_point()], solid.points))
+    points = np.einsum("pji,pj->pi", rotation[solid.mesh_of_point()], solid.points)
+    turned = solid.with_points(points, turn=rotation.swapaxes(1, 2))
     return replaced(shapes._replace(frame=frames.rotated(shapes.frame, rotation)), turned, table, frames)
 
 

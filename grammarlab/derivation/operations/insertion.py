@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.assets.mesh_parts import PartMaterial
 from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.calls.texture_transfer import without_maps
+from grammarlab.derivation.materials import CHANNELS
 from grammarlab.derivation.state.mesh_table import mirrored, upright
 from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry.meshes import primitives
@@ -15,7 +17,10 @@ _INSERT_WORDS = frozenset(
     {"yUp", "zUp", "alignSizeAndPosition", "keepSizeAndPosition", "keepSizeAlignPosition"}
     | {"numericalCleanup", "noCleanup"}
 )
+_STAND_UP = np.array([[[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]])
+"""[1, 3, 3] rotation by -90 degrees about x."""
 _MOST_SIDES = 512
+_WITHOUT_IMAGES = ":notex"
 
 
 def i(call: BoundCall) -> Shapes:
@@ -35,12 +40,17 @@ def i(call: BoundCall) -> Shapes:
     if isinstance(text, str):
         return _inserted(call, call.shapes, text)
     shapes = call.shapes
-    mesh, size, position = shapes.mesh.copy(), shapes.size.copy(), shapes.position.copy()
+    mesh, size, position, material = (
+        shapes.mesh.copy(),
+        shapes.size.copy(),
+        shapes.position.copy(),
+        shapes.material.copy(),
+    )
     for string in np.unique(text).tolist():
         rows = np.flatnonzero(text == string)
         part = _inserted(call, shapes.take(rows), call.workspace.strings[string])
-        mesh[rows], size[rows], position[rows] = part.mesh, part.size, part.position
-    return shapes._replace(mesh=mesh, size=size, position=position)
+        mesh[rows], size[rows], position[rows], material[rows] = part.mesh, part.size, part.position, part.material
+    return shapes._replace(mesh=mesh, size=size, position=position, material=material)
 
 
 def _bare(call: BoundCall) -> BoundCall:
@@ -51,6 +61,7 @@ def _bare(call: BoundCall) -> BoundCall:
 
 def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
     mesh, asset_size, low = _asset(call, path)
+    shapes = _painted(call, shapes, path)
     if "zUp" in call.words:
         mesh, asset_size, low = _stood_up(call, mesh, asset_size, low)
     if "keepSizeAlignPosition" in call.words:
@@ -65,7 +76,7 @@ def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
 def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     """A mesh in the unit cube, and its size [3] and low corner [3] in its file."""
     table = call.workspace.meshes
-    name = path.removesuffix(":notex")
+    name = path.removesuffix(_WITHOUT_IMAGES)
     if name in ("builtin:cube", "builtin:box"):
         return BOX, np.ones(3), np.zeros(3)
     if name in primitives.BUILTIN_ASSETS:
@@ -73,10 +84,28 @@ def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     if path.startswith("builtin:"):
         valid_names = ", ".join(primitives.BUILTIN_ASSETS)
         raise call.error(f'unknown built-in mesh "{path}"', f"expected one of {valid_names}")
-    asset = call.workspace.asset(path, call.location)
+    asset = call.workspace.asset(name, call.location)
     if asset is None:
         return BOX, np.ones(3), np.zeros(3)
-    return table.named(path, asset.meshes), asset.size, asset.low
+    return table.named(name, asset.meshes), asset.size, asset.low
+
+
+def _painted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
+    """Shapes with the materials of an asset; ``:notex`` after its path leaves its images out."""
+    name = path.removesuffix(_WITHOUT_IMAGES)
+    asset = None if name.startswith("builtin:") else call.workspace.asset(name, call.location)
+    if asset is None or asset.materials == (None,):
+        return shapes
+    materials = [
+        None if material is None else _channels(material, has_image=name == path) for material in asset.materials
+    ]
+    return shapes._replace(material=call.workspace.materials.inserted(shapes.material, materials))
+
+
+def _channels(material: PartMaterial, *, has_image: bool) -> dict[str, float | str]:
+    """The channels of a material of an asset."""
+    values = (*material.color, material.metallic, material.roughness, *material.emissive)
+    return {**dict(zip(CHANNELS, values, strict=True)), "texture": material.texture if has_image else ""}
 
 
 def _stood_up(call: BoundCall, mesh: int, asset_size: Floats, low: Floats) -> tuple[int, Floats, Floats]:
@@ -88,7 +117,7 @@ def _stood_up(call: BoundCall, mesh: int, asset_size: Floats, low: Floats) -> tu
     unit = table.take(np.array([mesh]))
     x, y, z = unit.points.T
     flipped = np.where(asset_size[1] > 0.0, 1.0 - y, 0.0)
-    return table.named(f"zUp:{mesh}", unit.with_points(np.stack((x, z, flipped), axis=1))), size, corner
+    return table.named(f"zUp:{mesh}", unit.with_points(np.stack((x, z, flipped), axis=1), turn=_STAND_UP)), size, corner
 
 
 def fitted(shapes: Shapes, mesh: int, asset_size: Floats, low: Floats, call: BoundCall) -> Shapes:

@@ -21,9 +21,9 @@ from grammarlab.derivation.split_sizes import (
     divide,
     in_a_row,
 )
+from grammarlab.derivation.state.corner_maps import own_maps
 from grammarlab.derivation.state.mesh_table import add_faces, normalized, upright
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
-from grammarlab.derivation.state.texture_maps import map_ids
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
 
@@ -91,7 +91,7 @@ def _split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Boun
             f"for example split({words[0]}, unitSpace, 0) {{ 2 : A | ~1 : B }}",
         )
     uv_set = uv_set_of(call.values[0].value, call.name, call.location)
-    if (map_ids(call.shapes, uv_set) < 0).any():
+    if (own_maps(call.shapes, uv_set, call.workspace) < 0).any():
         raise call.error(
             f"split({words[0]}, ...) came to a shape without texture coordinates in set {uv_set}",
             "setupProjection and projectUV create them",

@@ -10,8 +10,9 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.functions.shape_textures import Range, range_of, uv_set_of
+from grammarlab.derivation.state.corner_maps import own_maps
 from grammarlab.derivation.state.shapes import Ids, Shapes, number_column
-from grammarlab.derivation.state.texture_maps import NONE, map_ids, projection_name, with_maps
+from grammarlab.derivation.state.texture_maps import DELETED, map_ids, projection_name, with_maps
 from grammarlab.language.syntax.keywords import KEYWORDS
 
 Change: TypeAlias = Callable[[BoundCall, Shapes, tuple[Floats, ...], Floats], Floats]
@@ -57,14 +58,14 @@ def project(call: BoundCall) -> Shapes:
 
 def delete(call: BoundCall) -> Shapes:
     """``deleteUV(set)``: remove the coordinates."""
-    return with_maps(call.shapes, _uv_set(call, 0), np.full(call.shapes.num, NONE, dtype=np.int32))
+    return with_maps(call.shapes, _uv_set(call, 0), np.full(call.shapes.num, DELETED, dtype=np.int32))
 
 
 def copy(call: BoundCall) -> Shapes:
     """``copyUV(from, to)``: the coordinates of one set for another."""
-    ids = map_ids(call.shapes, _uv_set(call, 0)).copy()
+    ids = own_maps(call.shapes, _uv_set(call, 0), call.workspace).copy()
     rows = np.flatnonzero(ids >= 0)
-    ids[rows] = _new_ids(call, call.workspace.texture_maps.take(ids[rows]))
+    ids[rows] = _new_ids(call, call.workspace.texture_maps.take(ids[rows]), ids[rows])
     return with_maps(call.shapes, _uv_set(call, 1), ids)
 
 
@@ -73,9 +74,10 @@ def _uv_set(call: BoundCall, index: int) -> int:
     return uv_set_of(argument.value, call.name, call.location)
 
 
-def _new_ids(call: BoundCall, maps: Floats) -> Ids:
-    """Ids [N] of maps [N, 2, 4] made by an operation."""
-    return call.workspace.texture_maps.add(maps, np.zeros(len(maps), dtype=bool))
+def _new_ids(call: BoundCall, maps: Floats, old: Ids) -> Ids:
+    """Ids [N] of maps [N, 2, 4] that an operation made of old ones [N]."""
+    table = call.workspace.texture_maps
+    return table.add(maps, np.zeros(len(maps), dtype=bool), table.source(old))
 
 
 def _tile(call: BoundCall, argument: Argument, length: Floats) -> Floats:
@@ -99,13 +101,13 @@ def _changing(change: Change, num_arguments: int, keywords: frozenset[str] = fro
     def apply(call: BoundCall) -> Shapes:
         uv_set = _uv_set(call, 0)
         numbers = tuple(call.column(argument) for argument in call.values[1:])
-        ids = map_ids(call.shapes, uv_set).copy()
+        ids = own_maps(call.shapes, uv_set, call.workspace).copy()
         rows = np.flatnonzero(ids >= 0)
         if len(rows) == 0:
             return call.shapes
         maps = call.workspace.texture_maps.take(ids[rows])
         chosen = tuple(number[rows] for number in numbers)
-        ids[rows] = _new_ids(call, change(call, call.shapes.take(rows), chosen, maps))
+        ids[rows] = _new_ids(call, change(call, call.shapes.take(rows), chosen, maps), ids[rows])
         return with_maps(call.shapes, uv_set, ids)
 
     return Operation(apply, keywords, (num_arguments, num_arguments))
@@ -130,7 +132,7 @@ def _rotated(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps:
 
 
 def _tiled(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: Floats) -> Floats:
-    """``tileUV(set, width, height)``: scaled so that a texture has this size in metres on the surface.
+    """``tileUV(set, width, height)``: from 0 on, with a texture of this size in metres on the surface.
 
     ``'x`` is a share of the surface, and ``~x`` is adjusted so that a whole number fills it. A negative size mirrors
     the image, and a size of 0 leaves its axis unchanged.
@@ -139,6 +141,7 @@ def _tiled(call: BoundCall, shapes: Shapes, numbers: tuple[Floats, ...], maps: F
         coordinate = _range(call, shapes, axis)
         tile = _tile(call, argument._replace(value=size), coordinate.extent * coordinate.metres)
         factor = np.where(tile == 0.0, 1.0, coordinate.metres * _reciprocal(tile))
+        maps[:, axis, 3] -= np.where(tile == 0.0, 0.0, coordinate.low)
         maps[:, axis] *= factor[:, None]
     return maps
 

@@ -31,6 +31,8 @@ class MeshTable:
         self._used = 4
         self._named: dict[str, int] = {}
         self._mirrored: dict[tuple[int, int], int] = {}
+        self.has_data = False
+        """Whether a mesh has normals, texture coordinates or materials from a file."""
 
     def __len__(self) -> int:
         return self._used
@@ -39,6 +41,7 @@ class MeshTable:
         """Ids [N] of new meshes whose points lie in the unit cube; a mesh without faces is `EMPTY`."""
         ids = np.arange(self._used, self._used + len(meshes), dtype=np.int32)
         self._batches.append(meshes)
+        self.has_data |= meshes.data is not None
         self._starts.append(self._used)
         self._used += len(meshes)
         return np.where(np.diff(meshes.mesh_faces) > 0, ids, np.int32(EMPTY))
@@ -62,7 +65,8 @@ class MeshTable:
                 unit = self.take(np.array([mesh]))
                 points = unit.points.copy()
                 points[:, axis] = 1.0 - points[:, axis]
-                turned = int(self.add(unit.with_points(points))[0])
+                signs = np.where(np.arange(3) == axis, -1.0, 1.0)[None]
+                turned = int(self.add(unit.with_points(points, stretch=signs))[0])
                 self._mirrored[axis, mesh], self._mirrored[axis, turned] = turned, mesh
         return np.array([self._mirrored[axis, mesh] for mesh in different.tolist()], dtype=np.int32)[inverse]
 
@@ -76,6 +80,17 @@ class MeshTable:
         parts = [self._from_batch(int(b), ids[r]) for b, r in zip(touched, rows, strict=True)]
         return Meshes.concatenate(parts).take(np.argsort(np.concatenate(rows)))
 
+    def has_coordinates(self, ids: NDArray[np.integer], uv_set: int) -> NDArray[np.bool_]:
+        """[N] whether corners of meshes have coordinates in a set."""
+        if not self.has_data or not len(ids):
+            return np.zeros(len(ids), dtype=bool)
+        different, inverse = np.unique(ids, return_inverse=True)
+        meshes = self.take(different)
+        if meshes.data is None:
+            return np.zeros(len(ids), dtype=bool)
+        known = meshes.mesh_of_corner()[~np.isnan(meshes.data.coordinates(uv_set)[:, 0])]
+        return (np.bincount(known, minlength=len(different)) > 0)[inverse]
+
     def freeze(self) -> Meshes:
         """All meshes, in the order of their ids."""
         return Meshes.concatenate(self._batches)
@@ -86,7 +101,8 @@ class MeshTable:
 
 def scaled(meshes: Meshes, size: Floats) -> Meshes:
     """Meshes with the points of each multiplied by its size [N, 3]."""
-    return meshes.with_points(meshes.points * np.repeat(size, np.diff(meshes.mesh_points), axis=0))
+    points = meshes.points * np.repeat(size, np.diff(meshes.mesh_points), axis=0)
+    return meshes.with_points(points, stretch=np.where(size == 0.0, 1.0, size))
 
 
 def upright(shapes: Shapes, table: MeshTable, frames: FrameTable) -> Shapes:
@@ -145,6 +161,8 @@ def add_faces(table: MeshTable, meshes: Meshes) -> Ids:
     corners = meshes.corners[corner[:, None] + np.arange(4)]
     points = meshes.points[first[:, None] + corners]
     plain = meshes.tags[meshes.mesh_faces[:-1][candidates]] == UNTAGGED
+    if meshes.data is not None:
+        plain &= ~meshes.data.has_values().take(corner)
     ids = np.full(len(meshes), -1, dtype=np.int32)
     for kind, template in ((FACE, _FACE_POINTS), (FOOTPRINT, quad().points)):
         ids[candidates[plain & (np.abs(points - template) < _ROUNDING).all(axis=(1, 2))]] = kind
@@ -161,4 +179,4 @@ def normalized(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
     counts = np.diff(meshes.mesh_points)
     inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
     points = (meshes.points - np.repeat(low, counts, axis=0)) * np.repeat(inverse, counts, axis=0)
-    return meshes.with_points(points), low, size
+    return meshes.with_points(points, stretch=np.where(size > 0.0, inverse, 1.0)), low, size

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.assets.srgb import linear_from_srgb, srgb_from_linear
 from grammarlab.export.tiles.covered import is_covered
 from grammarlab.export.tiles.facets import facets
 from grammarlab.export.tiles.plane_outlines import Outlines, outlines, significant, within_budget
@@ -22,7 +23,6 @@ from grammarlab.export.tiles.slabs import slabs
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.scene.instance_bounds import instance_bounds
 from grammarlab.scene.instances import Scene
-from grammarlab.scene.shading import linear_from_srgb, srgb_from_linear
 
 PLAIN_TRIANGLES = 300
 """Most triangles of a model of level ``plain``."""

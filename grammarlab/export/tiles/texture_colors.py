@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.assets.srgb import linear_from_srgb
+from grammarlab.assets.texture_files import find_texture
 from grammarlab.derivation.materials import Materials
-from grammarlab.export.gltf_materials import find_texture
 from grammarlab.scene.instances import Scene
-from grammarlab.scene.shading import linear_from_srgb
 
 _SIDE = 64
 """Largest side in pixels of the picture whose mean is taken."""

@@ -12,9 +12,10 @@ from typing import Any, Literal
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.assets.texture_files import Texture, image_file
 from grammarlab.errors import UsageError
 from grammarlab.export.gltf_document import GltfDocument
-from grammarlab.export.gltf_materials import GltfMaterials, Texture, image_file
+from grammarlab.export.gltf_materials import GltfMaterials
 from grammarlab.export.model_files import GENERATOR, whole_file, write_whole
 from grammarlab.export.tiles.tile_instances import add_instances
 from grammarlab.export.tiles.tile_mesh import add_mesh

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints, take_rows
+from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.derivation.materials import Materials
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument, index_type
 from grammarlab.export.gltf_materials import GltfMaterials
 from grammarlab.export.tiles.tile_metadata import FEATURE_IDS, feature_ids
 from grammarlab.export.tiles.tile_part import TilePart, by_first_use, row_numbers
 from grammarlab.scene import TriangleBatch
-from grammarlab.scene.shading import linear_from_srgb
 from grammarlab.scene.triangles import downwards, texture_coordinates
 
 MESH_FEATURES = "EXT_mesh_features"

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, offsets_from_counts, row_of_value, take_rows
+from grammarlab.geometry.meshes.corner_data import CornerData
 from grammarlab.geometry.meshes.measure import area_vectors, is_closed
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Indices, Meshes, Soup
 from grammarlab.geometry.meshes.ragged import cycles, distinct_keys, max_rows, next_in_row, sum_rows
@@ -198,7 +199,8 @@ def _gathered(meshes: Meshes, mesh: NDArray[np.integer], face: Indices, part: In
     candidates, candidate_offsets = take_rows(meshes.mesh_points, mesh)
     base = candidate_offsets[:-1].take(part)
     rows = meshes.corners.take(where) + np.repeat(base, np.diff(offsets))
-    soup = Soup(rows, offsets, part, np.arange(len(face)), meshes.tags.take(face))
+    data = None if meshes.data is None else meshes.data.take(where, face)
+    soup = Soup(rows, offsets, part, np.arange(len(face)), meshes.tags.take(face), data)
     return soup, meshes.points.take(candidates, axis=0), row_of_value(np.diff(candidate_offsets))
 
 
@@ -257,6 +259,8 @@ class _Walk:
     """[C] distance of each corner from the plane, positive on the kept side."""
     edge_row: Indices
     """[C] row of the point where the edge after the corner leaves or enters the kept side; arbitrary for others."""
+    edge_data: CornerData | None
+    """Values of corners there."""
 
 
 def _walked(faces: Soup, points: Floats, distance: Floats) -> tuple[_Walk, Floats, Indices]:
@@ -272,9 +276,25 @@ def _walked(faces: Soup, points: Floats, distance: Floats) -> tuple[_Walk, Float
     corners = corners.take(passing)
     new, new_points = _crossings(faces.rows.take(corners), faces.rows.take(following.take(corners)), points, distance)
     edge_row[corners] = new + len(points)
+    edge_data = None if faces.data is None else _edge_data(faces.data, following, here, there)
     owner = np.empty(len(new_points), np.int64)
     owner[new] = faces.mesh.take(row_of_value(np.diff(faces.offsets)).take(corners))
-    return _Walk(faces, following, here, edge_row), new_points, owner
+    return _Walk(faces, following, here, edge_row, edge_data), new_points, owner
+
+
+def _edge_data(data: CornerData, following: Indices, here: Floats, there: Floats) -> CornerData:
+    """Values [C] where the edge after each corner passes the plane; arbitrary for edges that do not.
+
+    Args:
+        data: values of corners.
+        following: [C] the next corner.
+        here: [C] distance of each corner from the plane.
+        there: [C] distance of the next corner.
+    """
+    step = here - there
+    share = np.divide(here, step, out=np.zeros_like(here), where=step != 0.0)[:, None]
+    begin, end = data.values, data.values.take(following, axis=0)
+    return replace(data, values=begin + share * (end - begin))
 
 
 def _crossings(start: Indices, end: Indices, points: Floats, distance: Floats) -> tuple[Indices, Floats]:
@@ -312,15 +332,32 @@ def _remains(walk: _Walk) -> Soup:
     filled = np.stack((is_inside, changes), axis=1)
     rows = np.stack((faces.rows, walk.edge_row), axis=1)[filled]
     counts = sum_rows(is_inside + changes.view(np.int8), faces.offsets)
-    pieces = replace(faces, rows=rows, offsets=offsets_from_counts(counts))
+    data = _with_edges(walk, np.flatnonzero(filled))
+    pieces = replace(faces, rows=rows, offsets=offsets_from_counts(counts), data=data)
     first = faces.offsets[:-1]
     return pieces.begun_earlier(~is_inside.take(first) & ~is_next_inside.take(first))
+
+
+def _with_edges(walk: _Walk, nodes: Indices, face: Indices | None = None) -> CornerData | None:
+    """Values at nodes, two per corner: the corner itself, then the point on the edge after it.
+
+    Args:
+        walk: the corners of the faces.
+        nodes: the nodes, corner by corner.
+        face: the face of which each new face is a piece; by default, they are the same.
+    """
+    data, edge_data = walk.faces.data, walk.edge_data
+    if data is None or edge_data is None:
+        return None
+    values = np.stack((data.values, edge_data.values), axis=1).reshape(-1, data.values.shape[1])
+    return CornerData(values.take(nodes, axis=0), data.slots if face is None else data.slots.take(face))
 
 
 def _walk_of_faces(walk: _Walk, chosen: Indices) -> _Walk:
     where, _ = take_rows(walk.faces.offsets, chosen)
     faces = walk.faces.take(chosen)
-    return _Walk(faces, next_in_row(faces.offsets), walk.distance.take(where), walk.edge_row.take(where))
+    edge_data = walk.edge_data and walk.edge_data.take(where, chosen)
+    return _Walk(faces, next_in_row(faces.offsets), walk.distance.take(where), walk.edge_row.take(where), edge_data)
 
 
 def _rejoined(walk: _Walk, points: Floats, normals: Floats) -> Soup:
@@ -356,7 +393,8 @@ def _rejoined(walk: _Walk, points: Floats, normals: Floats) -> Soup:
     cycle, loop_offsets = cycles(renumbered[successor[nodes]])
     root = nodes[cycle[loop_offsets[:-1]]]
     source = face[root // 2]
-    loops = Soup(rows[nodes[cycle]], loop_offsets, faces.mesh[source], faces.rank[source], faces.tags[source])
+    data = _with_edges(walk, nodes[cycle], source)
+    loops = Soup(rows[nodes[cycle]], loop_offsets, faces.mesh[source], faces.rank[source], faces.tags[source], data)
     # The rest of the first edge of a face is its first node, if that belongs to its first corner.
     has_first = (root == chains[offsets[:-1]][source]) & (root // 2 == faces.offsets[:-1][source])
     return loops.begun_earlier(~has_first).without_repeats()

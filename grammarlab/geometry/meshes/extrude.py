@@ -9,7 +9,7 @@ import numpy as np
 from grammarlab.arrays import Flags, Floats, offsets_from_counts, take_rows
 from grammarlab.geometry.meshes.edges import edges
 from grammarlab.geometry.meshes.measure import area_vectors, face_normals
-from grammarlab.geometry.meshes.mesh import Meshes, Soup
+from grammarlab.geometry.meshes.mesh import Indices, Meshes, Soup
 from grammarlab.geometry.meshes.ragged import any_rows, next_in_row, sum_rows
 from grammarlab.geometry.meshes.vectors import dot, has_length, unit
 
@@ -104,7 +104,7 @@ def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
     points[old] = meshes.points[is_unchanged]
     own_points = corner_index + np.repeat(mesh_points[:-1], corners_per_mesh)
     points[own_points[chosen_corner]] = meshes.points[meshes.corner_points()[chosen_corner]]
-    return Meshes(points, corners, meshes.face_offsets, meshes.mesh_faces, mesh_points, meshes.tags)
+    return Meshes(points, corners, meshes.face_offsets, meshes.mesh_faces, mesh_points, meshes.tags, meshes.data)
 
 
 def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
@@ -130,15 +130,17 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
 
     backwards = meshes.face_offsets[:-1][face] + meshes.face_offsets[1:][face] - 1 - np.arange(len(here))
     forwards = np.arange(len(here))
-    top = above[np.where(inwards[face], backwards, forwards)]
-    bottom = here[np.where(inwards[face], forwards, backwards)]
+    towards_top, towards_bottom = (
+        np.where(inwards[face], backwards, forwards),
+        np.where(inwards[face], forwards, backwards),
+    )
     solid = moving & any_rows(is_lifted[here], meshes.face_offsets)
     whole = Soup.of_faces(meshes, np.arange(meshes.num_faces))
     untagged = np.zeros(meshes.num_faces, np.int8)
     parts = [
         Soup(walls.ravel(), 4 * np.arange(len(walls) + 1), walls_of, corner, np.zeros(len(walls), np.int8)),
-        replace(whole, rows=top, rank=whole.rank + len(here), tags=untagged).where(solid),
-        replace(whole, rows=bottom, rank=whole.rank + 2 * len(here), tags=untagged).where(solid),
+        replace(_reordered(whole, above, towards_top), rank=whole.rank + len(here), tags=untagged).where(solid),
+        replace(_reordered(whole, here, towards_bottom), rank=whole.rank + 2 * len(here), tags=untagged).where(solid),
         whole.where(~moving),
     ]
     faces = Soup.concatenate(parts)
@@ -146,3 +148,9 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
         faces = faces.without_repeats()
     points = np.concatenate((meshes.points, meshes.points + shift))
     return faces.meshes(points, np.tile(meshes.mesh_of_point(), 2), len(meshes))
+
+
+def _reordered(faces: Soup, rows: Indices, corners: Indices) -> Soup:
+    """Faces over other rows [C] of points, with their corners in another order, without the normals of a file."""
+    data = faces.data and faces.data.without_normals().of_corners(corners)
+    return replace(faces, rows=rows[corners], data=data)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, index_in_row, offsets_from_counts, row_of_value, take_rows
+from grammarlab.geometry.meshes.corner_data import CornerData, join_data
 from grammarlab.geometry.meshes.ragged import next_in_row, sum_rows
 
 Indices = NDArray[np.int64]
@@ -46,6 +47,8 @@ class Meshes:
     """[M + 1] into `points`."""
     tags: NDArray[np.int8]
     """[F] `UNTAGGED`, `INSIDE` or `BORDER`."""
+    data: CornerData | None = None
+    """Normals, texture coordinates and materials of the corners and faces, if a file gave some."""
 
     def __len__(self) -> int:
         return len(self.mesh_faces) - 1
@@ -93,6 +96,7 @@ class Meshes:
             _chain([batch.mesh_faces for batch in batches]),
             _chain([batch.mesh_points for batch in batches]),
             np.concatenate([batch.tags for batch in batches]),
+            join_data([(batch.data, len(batch.corners), batch.num_faces) for batch in batches]),
         )
 
     def take(self, meshes: NDArray[np.integer]) -> Meshes:
@@ -107,11 +111,31 @@ class Meshes:
             mesh_faces,
             mesh_points,
             self.tags[faces],
+            None if self.data is None else self.data.take(corner_index, faces),
         )
 
-    def with_points(self, points: Floats) -> Meshes:
-        """The same faces over other points [P, 3]."""
-        return Meshes(points, self.corners, self.face_offsets, self.mesh_faces, self.mesh_points, self.tags)
+    def with_points(self, points: Floats, turn: Floats | None = None, stretch: Floats | None = None) -> Meshes:
+        """The same faces over other points [P, 3].
+
+        Args:
+            points: the new points.
+            turn: [M, 3, 3] matrices by which the points of each mesh were turned, for the normals of corners.
+            stretch: [M, 3] factors, not 0, by which the points of each mesh were stretched or mirrored.
+        """
+        data = self.data
+        if data is not None and (turn is not None or stretch is not None):
+            mesh = self.mesh_of_corner()
+            normals = data.normals
+            if turn is not None:
+                normals = np.einsum("cij,cj->ci", turn[mesh], normals)
+            if stretch is not None:
+                normals = normals / stretch[mesh]
+            data = data.with_normals(normals)
+        return Meshes(points, self.corners, self.face_offsets, self.mesh_faces, self.mesh_points, self.tags, data)
+
+    def with_data(self, data: CornerData | None) -> Meshes:
+        """The same faces with other values of corners."""
+        return replace(self, data=data)
 
     def mesh_of_face(self) -> Indices:
         """[F] the mesh that each face belongs to."""
@@ -124,6 +148,10 @@ class Meshes:
     def face_of_corner(self) -> Indices:
         """[C] the face that each corner belongs to."""
         return row_of_value(np.diff(self.face_offsets))
+
+    def mesh_of_corner(self) -> Indices:
+        """[C] the mesh that each corner belongs to."""
+        return row_of_value(np.diff(self.face_offsets[self.mesh_faces]))
 
     def corner_points(self) -> Indices:
         """[C] the row of `points` at each corner."""
@@ -152,10 +180,14 @@ class Meshes:
         starts = self.face_offsets[:-1][face]
         position = np.arange(len(self.corners)) - starts
         mirrored = starts + (1 - position) % counts[face]
-        corners = self.corners[mirrored]
         if faces is not None:
-            corners = np.where(faces[face], corners, self.corners)
-        return Meshes(self.points, corners, self.face_offsets, self.mesh_faces, self.mesh_points, self.tags)
+            mirrored = np.where(faces[face], mirrored, np.arange(len(self.corners)))
+        corners, data = self.corners[mirrored], self.data
+        if data is not None:
+            sign = -1.0 if faces is None else np.where(faces[face], -1.0, 1.0)[:, None]
+            data = data.of_corners(mirrored)
+            data = data.with_normals(sign * data.normals)
+        return Meshes(self.points, corners, self.face_offsets, self.mesh_faces, self.mesh_points, self.tags, data)
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +204,8 @@ class Soup:
     """[F] faces of one mesh are sorted by this."""
     tags: NDArray[np.int8]
     """[F] as in `Meshes`."""
+    data: CornerData | None = None
+    """As in `Meshes`."""
 
     def __len__(self) -> int:
         return len(self.mesh)
@@ -180,7 +214,9 @@ class Soup:
     def of_faces(cls, meshes: Meshes, chosen: Indices) -> Soup:
         """Selected faces of meshes over the points of those meshes, each in its mesh and in the same order."""
         where, offsets = take_rows(meshes.face_offsets, chosen)
-        return cls(meshes.corner_points()[where], offsets, meshes.mesh_of_face()[chosen], chosen, meshes.tags[chosen])
+        data = None if meshes.data is None else meshes.data.take(where, chosen)
+        rows, mesh = meshes.corner_points()[where], meshes.mesh_of_face()[chosen]
+        return cls(rows, offsets, mesh, chosen, meshes.tags[chosen], data)
 
     @classmethod
     def concatenate(cls, parts: Sequence[Soup]) -> Soup:
@@ -195,27 +231,28 @@ class Soup:
             np.concatenate([part.mesh for part in parts]),
             np.concatenate([part.rank for part in parts]),
             np.concatenate([part.tags for part in parts]),
+            join_data([(part.data, len(part.rows), len(part)) for part in parts]),
         )
 
     def take(self, chosen: Indices) -> Soup:
         """Selected faces."""
         where, offsets = take_rows(self.offsets, chosen)
-        return Soup(self.rows[where], offsets, self.mesh[chosen], self.rank[chosen], self.tags[chosen])
+        data = None if self.data is None else self.data.take(where, chosen)
+        return Soup(self.rows[where], offsets, self.mesh[chosen], self.rank[chosen], self.tags[chosen], data)
 
     def begun_earlier(self, chosen: NDArray[np.bool_]) -> Soup:
         """The faces; chosen ones begin one corner earlier."""
         where, offsets = take_rows(self.offsets, np.flatnonzero(chosen))
-        before = np.empty(len(where), np.int64)
-        before[next_in_row(offsets)] = self.rows.take(where)
-        rows = self.rows.copy()
-        rows[where] = before
-        return replace(self, rows=rows)
+        corner = np.arange(len(self.rows))
+        corner[where[next_in_row(offsets)]] = where
+        return replace(self, rows=self.rows.take(corner), data=self.data and self.data.of_corners(corner))
 
     def without_repeats(self) -> Soup:
         """The faces without repeated corners, and without faces of fewer than three corners."""
         differs = self.rows != self.rows.take(next_in_row(self.offsets))
         counts = sum_rows(differs, self.offsets)
-        clean = replace(self, rows=self.rows[differs], offsets=offsets_from_counts(counts))
+        data = self.data and self.data.of_corners(np.flatnonzero(differs))
+        clean = replace(self, rows=self.rows[differs], offsets=offsets_from_counts(counts), data=data)
         return clean.where(counts >= 3)
 
     def where(self, chosen: NDArray[np.bool_]) -> Soup:
@@ -248,7 +285,9 @@ class Soup:
         local[used] = index_in_row(per_mesh)
         mesh_faces = offsets_from_counts(np.bincount(faces.mesh, minlength=num_meshes))
         corners = local.take(faces.rows)
-        return Meshes(points.take(used, axis=0), corners, faces.offsets, mesh_faces, mesh_points, faces.tags)
+        return Meshes(
+            points.take(used, axis=0), corners, faces.offsets, mesh_faces, mesh_points, faces.tags, faces.data
+        )
 
     def _sorted(self) -> Soup:
         """The faces sorted by mesh and rank; equal ones keep their order."""

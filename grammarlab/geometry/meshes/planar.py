@@ -126,7 +126,9 @@ def regroup(meshes: Meshes, offsets: Indices) -> Meshes:
     base = meshes.mesh_points[offsets]
     shift = meshes.mesh_points[:-1] - np.repeat(base[:-1], np.diff(offsets))
     corners = meshes.corners + np.repeat(shift, corners_per_mesh)
-    return Meshes(meshes.points, corners, meshes.face_offsets, meshes.mesh_faces[offsets], base, meshes.tags)
+    return Meshes(
+        meshes.points, corners, meshes.face_offsets, meshes.mesh_faces[offsets], base, meshes.tags, meshes.data
+    )
 
 
 def sums_by_row(row: NDArray[np.integer], num_rows: int, values: Floats) -> Floats:

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import AnyFloats
+from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.errors import UsageError
 from grammarlab.rendering.light.rays import Hits, Tracer, welded
 from grammarlab.rendering.light.textures import Skin, skin_of
 from grammarlab.scene import TriangleBatch
-from grammarlab.scene.shading import linear_from_srgb
 
 SEE_THROUGH = 0.99
 """Opacity below which a material casts no shadow and is transparent."""

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import AnyFloats
+from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.errors import UsageError
 from grammarlab.rendering.light.box_tree import AbstractScene, Hits
 from grammarlab.scene import TriangleBatch
-from grammarlab.scene.shading import linear_from_srgb
+from grammarlab.scene.triangles import texture_coordinates
 
 _HOLE = 0.5
 """Opacity of a picture below which there is a hole, as in glTF's MASK."""
@@ -126,7 +127,7 @@ def skin_of(batch: TriangleBatch, spacing: AnyFloats | float = 0.0) -> Skin | No
     """
     table = batch.materials
     names = [name for name in dict.fromkeys(table.textures) if name in table.pictures]
-    if batch.coordinates is None or not names:
+    if not names:
         return None
     material = batch.material_of_triangle()
     index_of_name = {name: index for index, name in enumerate(names)}
@@ -135,7 +136,7 @@ def skin_of(batch: TriangleBatch, spacing: AnyFloats | float = 0.0) -> Skin | No
     picture = picture_of_material[material]
     is_cut_out = np.array([name in table.cut_out for name in names])
     has_holes = is_cut_out & np.array([bool((levels[0][:, :, 3] < _HOLE).any()) for levels in pictures])
-    coordinates = batch.coordinates[batch.triangles]
+    coordinates = texture_coordinates(batch, slice(0, len(batch.triangles))) * np.array([1.0, -1.0], np.float32)
     shape = np.array([levels[0].shape[:2] for levels in pictures], np.float64)
     most = np.array([len(levels) - 1 for levels in pictures])
     texels = np.sqrt(_areas(coordinates) * shape.prod(axis=1)[picture])

@@ -6,7 +6,8 @@ draws.parquet      one row per draw       node, site, value, log_density
 reports.parquet    one row per report     node, key, value
 frames.parquet     one row per frame      rotation (fixed list of 9, row by row)
 maps.parquet       one row per map        coordinates (fixed list of 8, row by row)
-meshes.parquet     one row per mesh       points, face_sizes, corners, tags (lists)
+meshes.parquet     one row per mesh       points, face_sizes, corners, tags (lists); corner_values and slots, if there
+                                          are meshes of files with normals, texture coordinates or materials
 materials.parquet  one row per material   color.r ... emissive.b, texture
 lots.parquet       one row per model      seed, model, footprint, start_rule, attribute.NAME (or null)
 footprints.parquet one row per footprint  points (list of fixed lists of 3), street_width (list) if widths are known
@@ -37,12 +38,13 @@ from grammarlab.derivation.lots import AttributeColumn, Footprints, Lots
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import atomic_folder, read_bounded
+from grammarlab.geometry.meshes.corner_data import CornerData
 from grammarlab.geometry.meshes.mesh import Meshes
 
-FORMAT = 4
+FORMAT = 5
 """Version of the layout above. In version 1 a site was a line of text; before version 3 there were no maps; before
 version 4 the header held one seed and the index of the first model, and neither footprints nor attributes, and all
-positions counted from the origin of the world."""
+positions counted from the origin of the world; before version 5 meshes had no values at their corners."""
 
 HEADER = "forest.json"
 FILES = (
@@ -256,14 +258,17 @@ def _flat(column: pa.ChunkedArray) -> tuple[Array, Array]:
 
 
 def _meshes_to_arrow(meshes: Meshes) -> pa.Table:
-    return pa.table(
-        {
-            "points": _ragged(meshes.points, meshes.mesh_points),
-            "face_sizes": _ragged(np.diff(meshes.face_offsets), meshes.mesh_faces),
-            "corners": _ragged(meshes.corners, meshes.face_offsets[meshes.mesh_faces]),
-            "tags": _ragged(meshes.tags, meshes.mesh_faces),
-        }
-    )
+    mesh_corners = meshes.face_offsets[meshes.mesh_faces]
+    columns = {
+        "points": _ragged(meshes.points, meshes.mesh_points),
+        "face_sizes": _ragged(np.diff(meshes.face_offsets), meshes.mesh_faces),
+        "corners": _ragged(meshes.corners, mesh_corners),
+        "tags": _ragged(meshes.tags, meshes.mesh_faces),
+    }
+    if meshes.data is not None:
+        columns["corner_values"] = _ragged(meshes.data.values, mesh_corners)
+        columns["slots"] = _ragged(meshes.data.slots, meshes.mesh_faces)
+    return pa.table(columns)
 
 
 def _meshes_from_arrow(table: pa.Table) -> Meshes:
@@ -271,6 +276,9 @@ def _meshes_from_arrow(table: pa.Table) -> Meshes:
     face_sizes, faces_per_mesh = _flat(table.column("face_sizes"))
     corners, _ = _flat(table.column("corners"))
     tags, _ = _flat(table.column("tags"))
+    data = None
+    if "corner_values" in table.column_names:
+        data = CornerData(_flat(table.column("corner_values"))[0], _flat(table.column("slots"))[0])
     return Meshes(
         points,
         corners,
@@ -278,6 +286,7 @@ def _meshes_from_arrow(table: pa.Table) -> Meshes:
         offsets_from_counts(faces_per_mesh),
         offsets_from_counts(points_per_mesh),
         tags,
+        data,
     )
 
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.assets.texture_files import image_file
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.derivation.program import Program
 from grammarlab.errors import Location
 from grammarlab.export import SaveOptions, save_each, save_together
-from grammarlab.export.gltf_materials import image_file
 from grammarlab.export.save import Reuse
 from grammarlab.files import file_below, file_hash, sync_files
 from grammarlab.language.grammar import Grammar

@@ -14,8 +14,8 @@ import numpy as np
 import shapely
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.assets.texture_files import image_file
 from grammarlab.errors import Finding, LanguageError, Location, TomlError, UsageError
-from grammarlab.export.gltf_materials import image_file
 from grammarlab.files import read_bounded
 from grammarlab.geometry.footprints.footprint import Footprint, Remark
 from grammarlab.language.attribute_values import AttributeValue, length, named_values

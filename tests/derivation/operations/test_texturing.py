@@ -245,9 +245,11 @@ def test_extents_are_measured_in_their_unit_and_on_the_surface():
     ("size", "repeats"),
     [("2, 1", (3.5, 3.0)), ("~2, '0.5", (4.0, 2.0)), ("0, 3", (7.0 / 2.5, 1.0)), ("-7, ~99", (1, 1))],
 )
-def test_tiling_scales_coordinates_and_not_the_surface(size, repeats):
+def test_tiling_scales_coordinates_from_zero_and_not_the_surface(size, repeats):
     plain, tiled = measured(""), measured(f"tileUV(0, {size})")
     assert (tiled["du"], tiled["dv"]) == pytest.approx(repeats)
+    start = {"0": plain["low u"], "-": -tiled["du"]}.get(size[0], 0.0)
+    assert (tiled["low u"], tiled["low v"]) == pytest.approx((start, 0.0))
     assert tiled["metres u"] == pytest.approx(plain["metres u"])
     assert tiled["metres v"] == pytest.approx(plain["metres v"])
 
@@ -272,7 +274,6 @@ def test_normalized_coordinates_begin_at_zero(mode, extents, kind):
         "rotateUV(0, 33) rotateUV(0, -33)",
         "rotateUV(0, 90) rotateUV(0, 270)",
         "copyUV(0, 5) deleteUV(0) copyUV(5, 0)",
-        "tileUV(0, 2.5, 1.5)",
         "tileUV(0, 0, 0)",
         "translateUV(1, 2, 3) scaleUV(4, 0, 0) deleteUV(2)",
     ],

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.derivation.derive import derive
 from grammarlab.export.tiles.facets import facets
 from grammarlab.export.tiles.planes import planes, split_by_gaps
@@ -15,7 +16,6 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.scene import Scene, realize, triangles
 from grammarlab.scene.joined import of_models
 from grammarlab.scene.layout import model_bounds
-from grammarlab.scene.shading import linear_from_srgb
 from grammarlab.scene.triangles import count_triangles
 from tests.export.tiles.quarter import houses
 from tests.scene.buildings import BOX, FRAME, GLASS, QUAD, SPHERE, STONE, TILE, TURNED, UPRIGHT, Row, scene_of

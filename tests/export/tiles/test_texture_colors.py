@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 from scipy.spatial import KDTree
 
+from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError
 from grammarlab.export.tiles.simplified_models import simplified
@@ -20,7 +21,6 @@ from grammarlab.export.tiles.tile_models import TileModels
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import realize
 from grammarlab.scene.joined import joined
-from grammarlab.scene.shading import linear_from_srgb
 from tests.export.gltf import read_glb
 from tests.export.tiles.quarter import drawn, houses, properties
 from tests.scene.buildings import STONE

@@ -10,12 +10,12 @@ import pytest
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
+from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.errors import UsageError
 from grammarlab.export.tiles import tile_instances
 from grammarlab.export.tiles.tile_file import write_tile
 from grammarlab.export.tiles.tile_models import TileModels, joined_tiles
 from grammarlab.scene import triangles
-from grammarlab.scene.shading import linear_from_srgb
 from tests.export.gltf import read_glb
 from tests.export.tiles.quarter import drawn, houses, numbers, properties, texts, tile_of
 
