@@ -13,8 +13,8 @@ from tests.waiting import PATIENCE, wait_until
 
 ACCESS = "for-this-test-only"
 CELL = """
-from grammarlab.notebook import ScoringSession
-session = ScoringSession("toy", path="toys.db", size=200, jobs=1)
+import grammarlab as gl
+session = gl.ScoringSession("toy", path="toys.db", size=200, jobs=1)
 session
 """
 KERNEL_IS_IDLE = """() => {

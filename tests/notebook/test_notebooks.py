@@ -1,5 +1,6 @@
 """All notebooks run, at a small size."""
 
+import ast
 import re
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
+import grammarlab as gl
 from tests.waiting import PATIENCE
 
 FOLDER = Path(__file__).parents[2] / "notebooks"
@@ -16,16 +18,16 @@ SMALL = {
     "NUM_MODELS": "4",
     "NUM_TOWERS": "100",
     "NUM_LABELS": "32",
-    "SCENARIO": '"levels_toy"',
+    "SCORE": '"100 * ({MESH2:0} > 0)"',
     "SIDE": "2",
     "NUM_SEEDS": "1",
-    "MAX_LABELS": "16",
+    "BUDGETS": "(8, 16)",
 }
 """Values for the cells that are marked as parameters."""
 ALIVE = """
 import gc
-from grammarlab.notebook import ScoringSession
-for widget in [each for each in gc.get_objects() if isinstance(each, ScoringSession)]:
+import grammarlab as gl
+for widget in [each for each in gc.get_objects() if isinstance(each, gl.ScoringSession)]:
     print(widget.do("score", models=list(widget.state["models"])[:1], score=50)["saved"])
 """
 """What a person at the page of each session would do next."""
@@ -51,6 +53,18 @@ def test_every_notebook_runs(path, tmp_path, monkeypatch):
     NotebookClient(notebook, timeout=int(PATIENCE), resources={"metadata": {"path": str(tmp_path)}}).execute()
     printed = "".join(output.text for output in notebook.cells[-1].outputs)
     assert printed == "True\n" * shows_page
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_imports_the_public_names_and_nothing_private(path):
+    source = "\n".join(cell.source for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code")
+    nodes = list(ast.walk(ast.parse(source)))
+    modules = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    modules += [node.module for node in nodes if isinstance(node, ast.ImportFrom)]
+    assert [name for name in modules if name.startswith("grammarlab")] == ["grammarlab"]
+    names = {node.attr for node in nodes if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "gl"}
+    assert names
+    assert names <= set(gl.__all__)
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
