@@ -27,7 +27,7 @@ def edit(
 ) -> None:
     """Resize a facade; add or remove columns and rows.
 
-    Grids, alignments and equal sizes are kept.
+    What stands exactly above or beside each other stays so; grids and equal sizes are kept.
     """
     with friendly_errors():
         from grammarlab.facade.editing.edit import edit as edit_facade
@@ -51,6 +51,8 @@ def edit(
             )
             if variant.conflict:
                 say(f"  in conflict: {'; '.join(variant.conflict)}")
+            if variant.faults:
+                say(f"  faults: {', '.join(variant.faults)}")
             for words in (*variant.relaxed, *variant.missing):
                 say(f"  {words}")
             print_result(path)

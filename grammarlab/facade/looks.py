@@ -79,3 +79,8 @@ def look_of(label: str) -> LabelLook:
 def is_door(label: str) -> bool:
     """Whether an element with this label is an entrance, whose number must not change."""
     return any(word in label.lower() for word in ("door", "gate", "portal", "entrance"))
+
+
+def is_opening(label: str) -> bool:
+    """Whether an element with this label is a window or an entrance, whose proportions people notice."""
+    return is_door(label) or look_of(label) is _WINDOW

@@ -15,7 +15,7 @@ from tests.facade.test_scene import pictured
 
 KEYS = {
     *("file", "width", "height", "leaves", "energy", "residuals", "grids"),
-    *("steps", "proven", "conflict", "relaxed", "missing", "seconds"),
+    *("steps", "proven", "conflict", "relaxed", "faults", "missing", "seconds"),
 }
 
 

@@ -10,11 +10,14 @@ from typing import Any
 
 from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.editing.edit_sequences import canonical, ranked, sequences
+from grammarlab.facade.editing.faults import find_faults
 from grammarlab.facade.editing.grid_proposals import with_joint, with_proposals
 from grammarlab.facade.editing.grids import aligned, following, grid_of, kinds
 from grammarlab.facade.editing.retarget import MOST_STEPS, Retargeted, affordable, retarget, stepwise
+from grammarlab.facade.editing.slab_counts import best_slabs
 from grammarlab.facade.editing.springs import origin_of
 from grammarlab.facade.editing.variations import Variation, inherited, lost, unedited, vary
+from grammarlab.facade.sizes.constraints import LineOrigin
 from grammarlab.facade.sizes.size_wishes import Size, Wish, checked, in_words
 from grammarlab.facade.sizes.solve import Residuals, Resized, resize
 from grammarlab.facade.tree import LONGEST, SHORTEST, Facade, X, Y
@@ -47,6 +50,8 @@ class Edited:
     """Wishes and grids that contradict each other, and locks of which no copy is left."""
     relaxed: tuple[str, ...]
     """Relaxed wishes and grids, with the largest violation in metres."""
+    faults: tuple[str, ...]
+    """Kinds of faults that a person sees (`faults.py`), such as openings out of line; empty for a good result."""
     missing: tuple[str, ...]
     """Parts of the steps that were not possible, and the reason if columns and rows were not chosen for a size."""
     locks: tuple[Wish, ...]
@@ -71,6 +76,7 @@ class Edited:
             "proven": self.proven,
             "conflict": list(self.conflict),
             "relaxed": list(self.relaxed),
+            "faults": list(self.faults),
             "missing": list(self.missing),
             "seconds": self.seconds,
         }
@@ -89,10 +95,12 @@ def edit(
 ) -> tuple[Edited, ...]:
     """Results of an edit, the best first.
 
-    For another size alone, columns and rows are repeated or removed for the least deformation (`retarget`), or one by
-    one if the deformation is visible (`stepwise`); another result keeps all of them. If columns or rows are given, the
-    results are different variations with them: the one of least energy, and others that look different from each other
-    (`ranked`). Results are in the order of their energy; those with a conflict or a missing step come last.
+    For another size alone, columns and rows of the whole facade are repeated or removed for the least deformation
+    (`best_slabs`); another result keeps all of them. If both have faults that a person sees, so are those of grids
+    (`retarget`), or one by one if the deformation is visible (`stepwise`). If columns or rows are given, the results
+    are different variations with them: the one of least energy, and others that look different from each other
+    (`ranked`). Results with fewer kinds of faults come first, then those of less energy; those with a conflict or a
+    missing step come last.
 
     Args:
         facade: the facade; if it has no grids, they are proposed.
@@ -136,57 +144,117 @@ def edit(
     return _resized(facade, wishes, locks, grid)[:most]
 
 
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    """A result, with what is compared."""
+
+    variation: Variation
+    edited: Edited
+
+    @property
+    def key(self) -> tuple[bool, int, float]:
+        """Order of results: contradictions last, then by the number of kinds of faults, then by energy.
+
+        Of equal energies, that of the proven one is less.
+        """
+        energy = self.edited.energy if self.edited.proven else (1.0 + _TIE_TOLERANCE) * self.edited.energy
+        return bool(self.edited.conflict), len(self.edited.faults), energy
+
+
 def _resized(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], grid: str) -> tuple[Edited, ...]:
-    """The facade with other columns and rows, and with the same ones."""
+    """The facade with other columns and rows, and with the same ones; those without faults first.
+
+    Columns of the whole facade are tried first, and columns of single grids only if those have faults.
+    """
+    same = unedited(facade)
+    plain = _Candidate(same, _solved(facade, same, wishes, locks, time.perf_counter(), in_line=True))
+    if not plain.edited.energy and not plain.edited.conflict:
+        return (replace(plain.edited, proven=True),)
+    candidates = [plain]
+    whole = None if grid else _with_whole_columns(facade, wishes, locks)
+    if whole is not None:
+        candidates.insert(0, whole)
+    missing: tuple[str, ...] = ()
+    if whole is None or any(min(candidate.key for candidate in candidates)[:2]):
+        others, missing = _with_columns_of_grids(facade, wishes, locks, grid, plain)
+        candidates[:0] = others
+    kind = kinds(facade)
+    different = {canonical(candidate.variation, kind): candidate for candidate in reversed(candidates)}
+    first, *others = (
+        replace(candidate.edited, missing=(*candidate.edited.missing, *missing))
+        for candidate in sorted(different.values(), key=lambda candidate: candidate.key)
+    )
+    return (first, *(replace(edited, proven=False) for edited in others))
+
+
+def _with_whole_columns(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...]) -> _Candidate | None:
+    """The facade with columns and rows of the whole facade repeated; None if none can be."""
     start = time.perf_counter()
-    plain = _edited(unedited(facade), resize(facade, (*wishes, *locks)), locks, time.perf_counter() - start)
+    variation, choices = unedited(facade), []
+    try:
+        _check_leaves(facade, wishes)
+        for wish in wishes:
+            locked = [lock.node for lock in inherited(locks, variation)]
+            choice = best_slabs(variation, facade, wish.axis, wish.metres, locked)
+            if choice is not None:
+                choices.append(choice)
+                variation = choice.variation
+    except FacadeError:  # too large, too deep, or nothing would be left
+        return None
+    if not choices:
+        return None
+    steps = tuple(str(choice) for choice in choices if any(count != 1 for count in choice.counts))
+    edited = _solved(facade, variation, wishes, locks, start, in_line=True)
+    proven = not edited.conflict and not locks and all(choice.is_proven for choice in choices)
+    return _Candidate(variation, replace(edited, steps=steps, proven=proven))
+
+
+def _with_columns_of_grids(
+    facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], grid: str, plain: _Candidate
+) -> tuple[list[_Candidate], tuple[str, ...]]:
+    """The facade with columns and rows of grids repeated, or added one by one, and why some were not tried."""
     start = time.perf_counter()
-    candidates, missing = [(unedited(facade), plain)], ()
+    candidates: list[_Candidate] = []
+    missing: tuple[str, ...] = ()
     try:
         retargeted = _retargeted(facade, wishes, locks, [grid] if grid else None)
         steps = tuple(str(choice) for choice in retargeted.choices if any(count != 1 for count in choice.counts))
-        proven = not retargeted.resized.conflict and all(choice.proven for choice in retargeted.choices)
-        seconds = time.perf_counter() - start
-        inherited_locks = inherited(locks, retargeted.variation)
-        candidates.insert(
-            0,
-            (
-                retargeted.variation,
-                _edited(retargeted.variation, retargeted.resized, inherited_locks, seconds, steps, proven),
-            ),
+        edited = _edited(
+            facade, retargeted.variation, retargeted.resized, inherited(locks, retargeted.variation), start
         )
+        proven = not edited.conflict and all(choice.proven for choice in retargeted.choices)
+        candidates.append(_Candidate(retargeted.variation, replace(edited, steps=steps, proven=proven)))
     except FacadeError as error:  # sizes alone always have a solution
         missing = (f"columns and rows were not chosen for this size: {error}",)
-    best = candidates[0][1]
+    best = (candidates or [plain])[0].edited
     # Most contradictions do not depend on the columns, and each would need an explanation.
     if facade.grids and not best.conflict and best.energy > _MIN_DEVIATION**2 * len(best.facade.leaves):
         joined, name = _active(facade, grid)
         start = time.perf_counter()
         stepped = stepwise(joined, wishes, name, locks)
-        candidates.append((stepped, _solved(facade, stepped, wishes, locks, start)))
-    kind = kinds(facade)
-    different = {canonical(variation, kind): result for variation, result in reversed(candidates)}
-    first, *others = (
-        replace(edited, missing=(*edited.missing, *missing)) for edited in sorted(different.values(), key=_by_energy)
-    )
-    return (first, *(replace(edited, proven=False) for edited in others))
+        candidates.append(_Candidate(stepped, _solved(facade, stepped, wishes, locks, start)))
+    return candidates, missing
 
 
-def _by_energy(edited: Edited) -> tuple[bool, float]:
-    """Order of results for another size: by energy, of equal ones the proven one first; contradictions last."""
-    return bool(edited.conflict), edited.energy if edited.proven else (1.0 + _TIE_TOLERANCE) * edited.energy
+def _merit(edited: Edited) -> float:
+    """Energy, with each kind of fault as much as a deviation of each leaf by all of its size."""
+    return edited.energy + len(edited.faults) * len(edited.facade.leaves)
 
 
 def _retargeted(
     facade: Facade, wishes: Sequence[Size], locks: Sequence[Wish], grids: Sequence[str] | None
 ) -> Retargeted:
     metres = {wish.axis: wish.metres for wish in wishes}
-    leaves = len(facade.leaves)
-    for axis, size in metres.items():
-        leaves *= max(1.0, size / float(facade.size[0, axis]))
+    _check_leaves(facade, wishes)
+    return retarget(facade, width=metres.get(X), height=metres.get(Y), grids=grids, locks=locks)
+
+
+def _check_leaves(facade: Facade, wishes: Sequence[Size]) -> None:
+    leaves = float(len(facade.leaves))
+    for wish in wishes:
+        leaves *= max(1.0, wish.metres / float(facade.size[0, wish.axis]))
     if leaves > _MAX_FACADE_LEAVES:
         raise FacadeError(f"the result would have about {leaves:,.0f} leaves; expected at most {_MAX_FACADE_LEAVES:,}.")
-    return retarget(facade, width=metres.get(X), height=metres.get(Y), grids=grids, locks=locks)
 
 
 def _varied(
@@ -225,9 +293,11 @@ def _varied(
         members = [variation for variation, flaw in zip(variations, flawed, strict=True) if flaw == group]
         order += [
             results[id(variation)]
-            for variation in ranked(members, kind, lambda variation: results[id(variation)].energy, most)
+            for variation in ranked(members, kind, lambda variation: _merit(results[id(variation)]), most)
         ]
-    best, *others = sorted(order[:most], key=lambda result: (bool(result.conflict or result.missing), result.energy))
+    best, *others = sorted(
+        order[:most], key=lambda result: (bool(result.conflict or result.missing), len(result.faults), result.energy)
+    )
     return (replace(best, proven=is_complete), *others)
 
 
@@ -252,35 +322,47 @@ def _active(facade: Facade, grid: str) -> tuple[Facade, str]:
 
 
 def _solved(
-    facade: Facade, variation: Variation, wishes: Sequence[Wish], locks: Sequence[Wish], start: float
+    facade: Facade,
+    variation: Variation,
+    wishes: Sequence[Wish],
+    locks: Sequence[Wish],
+    start: float,
+    *,
+    in_line: bool = False,
 ) -> Edited:
-    """A variation with solved sizes; locks of which no copy is left are conflicts."""
+    """A variation with solved sizes; locks of which no copy is left are conflicts.
+
+    Args:
+        facade: the original facade.
+        variation: a variation of it.
+        wishes: wishes for the variation.
+        locks: locks of the original facade.
+        start: start of the edit, seconds.
+        in_line: whether the variation is laid out without deformation, so that its shared lines stay.
+    """
     inherited_locks = inherited(locks, variation)
-    solved = resize(variation.facade, (*wishes, *inherited_locks), origin_of(facade, variation))
+    origin = origin_of(facade, variation)
+    if in_line:
+        origin = LineOrigin(variation.facade.position, variation.target, facade.size[0], shares_lines=True)
+    solved = resize(variation.facade, (*wishes, *inherited_locks), origin)
     lost_locks = tuple(
         f"{in_words(lock, facade)}, but no copy of it is left" for lock in lost(facade, locks, variation)
     )
     solved = replace(solved, conflict=(*solved.conflict, *lost_locks))
-    return _edited(variation, solved, inherited_locks, time.perf_counter() - start, variation.steps)
+    return _edited(facade, variation, solved, inherited_locks, start)
 
 
-def _edited(
-    variation: Variation,
-    solved: Resized,
-    locks: tuple[Wish, ...],
-    seconds: float,
-    steps: tuple[str, ...] = (),
-    proven: bool = False,
-) -> Edited:
+def _edited(facade: Facade, variation: Variation, solved: Resized, locks: tuple[Wish, ...], start: float) -> Edited:
     return Edited(
         facade=solved.facade,
         energy=sum(solved.energy),
         residuals=solved.residuals,
-        steps=steps,
-        proven=proven,
+        steps=variation.steps,
+        proven=False,
         conflict=solved.conflict,
         relaxed=solved.relaxed,
+        faults=find_faults(facade, variation, solved.facade).words,
         missing=variation.missing,
         locks=locks,
-        seconds=seconds,
+        seconds=time.perf_counter() - start,
     )

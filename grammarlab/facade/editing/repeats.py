@@ -165,6 +165,21 @@ def find_repeats(before: Variation, grid: Grid, along: int, locks: Sequence[Wish
     )
 
 
+def counts_in_words(along: int, counts: Sequence[int]) -> str:
+    """Numbers of copies in words: of columns from the left, or of rows from the bottom.
+
+    >>> counts_in_words(X, [1, 2, 0])
+    'column 2 from the left 2 times, column 3 from the left left out'
+    """
+    name, side = ("column", "left") if along == X else ("row", "bottom")
+    words = [
+        f"{name} {column} from the {side} {f'{count} times' if count else 'left out'}"
+        for column, count in enumerate(counts, start=1)
+        if count != 1
+    ]
+    return ", ".join(words) or f"every {name} once"
+
+
 def _columns(grid: Grid, along: int) -> Ints:
     """[E] column of each element from the left, or its row from the bottom."""
     return grid.column if along == X else grid.num_rows - 1 - grid.row

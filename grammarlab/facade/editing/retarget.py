@@ -15,7 +15,7 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.edit_sequences import sequences, strain
 from grammarlab.facade.editing.grids import aligned, following
-from grammarlab.facade.editing.repeats import Repeats, find_repeats
+from grammarlab.facade.editing.repeats import Repeats, counts_in_words, find_repeats
 from grammarlab.facade.editing.springs import (
     BestCounts,
     Box,
@@ -71,13 +71,7 @@ class Repetition:
     """Number of combinations of columns that sizes were solved for."""
 
     def __str__(self) -> str:
-        name, side = ("column", "left") if self.along == X else ("row", "bottom")
-        changed = [(column, count) for column, count in enumerate(self.counts) if count != 1]
-        words = [
-            f"{name} {column + 1} from the {side} {f'{count} times' if count else 'left out'}"
-            for column, count in changed
-        ]
-        return f"{self.grid}: {', '.join(words) or f'every {name} once'}"
+        return f"{self.grid}: {counts_in_words(self.along, self.counts)}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -211,7 +211,12 @@ def _lines(grid: Grid, axis: int) -> Ints:
     return grid.places().T if axis == X else grid.places()
 
 
-def _wall(facade: Facade, axis: int) -> AxisView:
+def check_depth(facade: Facade) -> None:
+    """Check that a tree is not too deep for edits.
+
+    Raises:
+        FacadeError: If it is.
+    """
     depth = [0] * len(facade)
     for node, above in enumerate(facade.parent.tolist()[1:], start=1):
         depth[node] = depth[above] + 1
@@ -219,6 +224,10 @@ def _wall(facade: Facade, axis: int) -> AxisView:
         raise FacadeError(
             f"The facade has {max(depth)} levels of nested parts; expected at most {_MAX_DEPTH} to edit it."
         )
+
+
+def _wall(facade: Facade, axis: int) -> AxisView:
+    check_depth(facade)
     return AxisView(facade, axis)
 
 

@@ -4,13 +4,13 @@ Decomposition needs no rows, since lines satisfy it (`lines.py`). Alignment pres
 of neighbours in a grid's column (along x) or row (along y); the anchors are the low edges, the centres or the high
 edges, whichever vary least. Symmetry preserves the ratio of the sizes of similar parts: in one grid, with one label,
 with nearly equal sizes. For equal sizes the ratio is 1, which is the paper's row; and a facade always satisfies its own
-rows.
+rows. Lines that the whole facade shares (`shared_lines.py`) are further rows of both kinds, without a grid.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.sizes.lines import Lines, Sums, find_lines
-from grammarlab.facade.tree import Facade, X
+from grammarlab.facade.sizes.lines import Lines, Sums, find_lines, stacked
+from grammarlab.facade.sizes.shared_lines import find_shared_lines
+from grammarlab.facade.tree import TOLERANCE, Facade, X
 
 Weights = Literal["default", "paper"]
 """Kind of weights of deviations, see `leaf_weights`."""
@@ -44,7 +45,17 @@ class Rows:
     value: Floats
     """[R] values, in the unit of the original positions and sizes."""
     grid: Ints
-    """[R] index of the grid of each row."""
+    """[R] index of the grid of each row; the number of grids for rows of the whole facade."""
+
+    def of_zeros(self) -> Rows:
+        """The rows whose value is 0: a stretched facade satisfies these."""
+        is_zero = np.abs(self.value) <= TOLERANCE
+        return Rows(Sums(self.sums.line[is_zero], self.sums.factor[is_zero]), self.value[is_zero], self.grid[is_zero])
+
+    def with_zeros(self, sums: Sums, grid: int) -> Rows:
+        """These rows, and further ones of a grid, whose value is 0."""
+        grids = np.append(self.grid, np.full(len(sums), grid))
+        return Rows(stacked([self.sums, sums]), np.append(self.value, np.zeros(len(sums))), grids)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +68,8 @@ class LineOrigin:
     """[N, 2] metres, > 0."""
     whole: Floats
     """[2] size of the original facade, metres."""
+    shares_lines: bool = False
+    """Whether these sizes and positions are those of one facade, whose shared lines stay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,13 +80,14 @@ class Axis:
     """0 for x, 1 for y."""
     lines: Lines
     extent: Sums
-    """[P] sizes of leaves; leaves between the same lines are merged."""
+    """[P] sizes of leaves, where leaves between the same lines are merged, and distances of neighbouring lines if they
+    are shared: each counts like a leaf of this size."""
     weight: Floats
     """[P] weight of a unit of length."""
     target: Floats
-    """[P] target sizes of leaves."""
+    """[P] target sizes."""
     least: Floats
-    """[P] least sizes of leaves."""
+    """[P] least sizes."""
     alignment: Rows
     symmetry: Rows
 
@@ -111,7 +125,7 @@ def build_axis(facade: Facade, along: int, origin: LineOrigin, weight: Floats, s
     weights = np.bincount(pair, weight**2)
     least = np.zeros(len(first))
     np.maximum.at(least, pair, _LEAST_SIZE_RATIO * size[leaf])
-    return Axis(
+    axis = Axis(
         along=along,
         lines=lines,
         extent=lines.extent(leaf[first]),
@@ -120,6 +134,27 @@ def build_axis(facade: Facade, along: int, origin: LineOrigin, weight: Floats, s
         least=least,
         alignment=_alignment(facade.grids, lines, along, position, size),
         symmetry=_symmetry(facade.grids, lines, along, facade.label, size),
+    )
+    return _with_shared_lines(axis, facade, origin, scale) if origin.shares_lines else axis
+
+
+def _with_shared_lines(axis: Axis, facade: Facade, origin: LineOrigin, scale: float) -> Axis:
+    """An axis that keeps the lines that the whole facade shares.
+
+    Anchors of a grid that are not exactly in line keep their distance only softly, as all lines do.
+    """
+    position, size = origin.position[:, axis.along], origin.size[:, axis.along]
+    shared, whole = find_shared_lines(facade, axis.lines, position, size), len(facade.grids)
+    distance = shared.distance.evaluate(axis.lines.positions(position, size))
+    weight = 1.0 / np.maximum(distance, _LEAST_WEIGHTED_SIZE * origin.whole.max())
+    return replace(
+        axis,
+        extent=stacked([axis.extent, shared.distance]),
+        weight=np.append(axis.weight, weight),
+        target=np.append(axis.target, distance / scale),
+        least=np.append(axis.least, _LEAST_SIZE_RATIO * distance / scale),
+        alignment=axis.alignment.of_zeros().with_zeros(shared.same, whole),
+        symmetry=axis.symmetry.with_zeros(shared.alike, whole),
     )
 
 

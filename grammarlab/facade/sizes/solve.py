@@ -51,9 +51,9 @@ class Residuals:
     decomposition: float
     """Largest gap or overlap of parts, as a fraction of the facade's width or height."""
     alignment: float
-    """Largest change of the distance between anchors of neighbours in a grid, metres."""
+    """Largest change of the distance between anchors of neighbours in a grid, or of lines that were one, metres."""
     symmetry: float
-    """Largest deviation of a size from its ratio to that of a similar part, metres."""
+    """Largest deviation of a size from its ratio to that of a similar or an equal part, metres."""
     target: float
     """Largest violation of a wish, metres."""
 
@@ -274,6 +274,10 @@ def _in_words(tie: _Tie, facade: Facade, wishes: Sequence[Wish]) -> str:
     kind, along, source = tie
     if kind == WISH:
         return in_words(wishes[source], facade)
+    if source == len(facade.grids):
+        if kind == SYMMETRY:
+            return f"elements of one {'width' if along == X else 'height'} stay alike"
+        return f"what stands exactly {'above' if along == X else 'beside'} each other stays so"
     name = facade.grids[source].name
     if kind == SYMMETRY:
         return f"what is alike in grid '{name}' keeps its {'widths' if along == X else 'heights'} alike"

@@ -1,0 +1,110 @@
+"""Columns of whole facades, and their numbers for a size."""
+
+from collections import Counter
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grammarlab.facade.editing.edit import edit
+from grammarlab.facade.editing.slab_counts import SpringKinds, best_counts, best_slabs
+from grammarlab.facade.editing.variations import unedited
+from grammarlab.facade.editing.wall_slabs import find_elements, find_slabs
+from grammarlab.facade.tree import Facade, X, Y
+from tests.facade.samples import Node, across, built, leaf, stacked
+
+
+@given(st.integers(1, 3), st.integers(0, 2**32 - 1))
+@settings(max_examples=40)
+def test_numbers_are_those_of_brute_force(num: int, seed: int) -> None:
+    randomness = np.random.default_rng(seed)
+    kinds = SpringKinds(
+        length=randomness.uniform(1.0, 4.0, num),
+        give=randomness.uniform(0.01, 1.0, num),
+        price=randomness.uniform(0.05, 1.0, num),
+        share=randomness.uniform(0.0, 5.0, num),
+        least=randomness.integers(0, 2, num),
+        fixed_length=(fixed := float(randomness.choice([0.0, 3.0]))),
+        fixed_give=0.1 * fixed,
+        size=float(randomness.uniform(5.0, 30.0)),
+    )
+    counts, is_proven = best_counts(kinds)
+    assert is_proven
+    numbers = np.array(list(product(*(range(least, 14) for least in kinds.least.tolist()))))
+    assert kinds.deformation(counts) == pytest.approx(kinds.deformation(numbers).min(), rel=1e-9)
+    assert (counts >= kinds.least).all()
+
+
+def townhouse(columns: int, storeys: int) -> Facade:
+    """Windows with sills and shutters, between corner pillars, above a ground floor with a door, under a cornice."""
+    bay = across(leaf("blind", 0.4, 1.5), leaf("window", 1.0, 1.5), leaf("blind", 0.4, 1.5))
+    unit = stacked(leaf("wall", 1.8, 0.8), leaf("sill", 1.8, 0.1), bay, leaf("wall", 1.8, 0.6))
+
+    def row(parts: list[Node], height: float) -> Node:
+        gap = leaf("wall", 1.2, height)
+        inner = [part for one in parts for part in (gap, one)]
+        return across(leaf("pillar", 0.5, height), *inner, gap, leaf("pillar", 0.5, height))
+
+    shop = stacked(leaf("window", 1.8, 2.6), leaf("wall", 1.8, 0.9))
+    door = stacked(leaf("door", 1.8, 3.0), leaf("wall", 1.8, 0.5))
+    ground = row([door if number == columns // 2 else shop for number in range(columns)], 3.5)
+    width = 2.2 + 3.0 * columns
+    storey = [part for _ in range(storeys) for part in (row([unit] * columns, 3.0), leaf("molding", width, 0.3))]
+    return built(stacked(ground, *storey[:-1], leaf("cornice", width, 0.6)))
+
+
+def counts(facade: Facade) -> Counter[str]:
+    """Number of leaves of each label."""
+    return Counter(facade.name_of(node) for node in facade.leaves.tolist())
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.3, 1.5])
+def test_columns_and_rows_of_a_house_are_repeated_whole_and_its_door_and_borders_are_not(factor: float) -> None:
+    house = townhouse(5, 4)
+    for along, kept in ((X, ("door", "pillar", "cornice", "molding")), (Y, ("door", "cornice"))):
+        metres = factor * float(house.size[0, along])
+        best = edit(house, width=metres if along == X else None, height=metres if along == Y else None, most=1)[0]
+        assert best.proven
+        assert not best.faults
+        before, count = counts(house), counts(best.facade)
+        assert [count[name] for name in kept] == [before[name] for name in kept]
+        # A window of a storey travels with its sill and both shutters.
+        assert count["blind"] == 2 * count["sill"]
+        assert count["window"] != before["window"]
+        pillars = [node for node in best.facade.leaves if best.facade.name_of(node) == "pillar"]
+        low, high = (side[pillars, X] for side in (best.facade.position, best.facade.position + best.facade.size))
+        assert ((low < 1e-6) | (high > best.facade.width - 1e-6)).all()
+
+
+def test_the_ground_floor_and_the_ends_are_fixed_unless_nothing_else_is_left() -> None:
+    house = townhouse(5, 3)
+    columns = find_slabs(house, X, find_elements(house, X))
+    assert [slab.is_fixed for slab in columns] == [True, False, True, False, True]
+    two = townhouse(2, 3)
+    assert [slab.is_fixed for slab in find_slabs(two, X, find_elements(two, X))] == [False, True]
+    rows = find_slabs(house, Y, find_elements(house, Y))
+    assert [slab.is_fixed for slab in rows] == [True, False, False, True]
+
+
+def test_multiples_are_exact_and_every_copy_equals_its_source() -> None:
+    house = townhouse(5, 3)
+    choice = best_slabs(unedited(house), house, X, house.width + 6.0)
+    assert choice is not None
+    assert choice.is_proven
+    assert choice.variation.facade.width == pytest.approx(house.width + 6.0)
+    best = edit(house, width=house.width + 6.0, most=1)[0]
+    assert best.energy == pytest.approx(0.0, abs=1e-12)
+    sizes = {(house.name_of(node), *house.size[node].round(9)) for node in house.leaves.tolist()}
+    for node in best.facade.leaves.tolist():
+        if best.facade.name_of(node) in {"window", "blind", "sill", "door", "pillar"}:
+            assert (best.facade.name_of(node), *best.facade.size[node].round(9)) in sizes
+
+
+def test_the_size_that_it_has_costs_nothing() -> None:
+    house = townhouse(3, 2)
+    (same,) = edit(house, width=house.width)
+    assert same.proven
+    assert same.energy == 0.0
+    np.testing.assert_array_equal(same.facade.size, house.size)
