@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import final
 
@@ -13,12 +14,12 @@ from grammarlab.derivation.materials import Materials
 from grammarlab.export.gltf_materials import MaterialNumbers, material_name
 from grammarlab.export.model_files import AbstractWriter, Output, write_whole
 from grammarlab.scene import Scene, TriangleBatch
-from grammarlab.scene.triangles import texture_coordinates
+from grammarlab.scene.polygons import polygon_coordinates, polygons
 
 
 @final
 class ObjWriter(AbstractWriter):
-    """A file in which each model is an object, and each of its materials a group of faces.
+    """A file in which each model is an object, and each of its materials a group of faces: polygons as they are.
 
     The format has no transforms, and most readers store coordinates in 32 bits. So a comment in the first
     lines gives the origin of the file, and coordinates are relative to it.
@@ -46,25 +47,27 @@ class ObjWriter(AbstractWriter):
         """See `AbstractWriter.add`."""
         moved = _rows("v", batch.vertices + offset, 12) if offset.any() else _rows("v", batch.vertices)
         lines = [moved, _rows("vn", batch.normals), f"o {name}"]
+        faces = polygons(scene, batch)
         for group, material in enumerate(batch.group_material.tolist()):
             number = self._material(batch.materials, material)
-            triangles = slice(*batch.group_triangles[group : group + 2])
-            corners = batch.triangles[triangles].astype(np.int64).ravel() + 1 + self._num_vertices
+            chosen = slice(*faces.group_faces[group : group + 2].tolist())
+            offsets = faces.offsets[chosen.start : chosen.stop + 1]
+            corners = faces.rows[offsets[0] : offsets[-1]] + 1 + self._num_vertices
+            sizes = np.diff(offsets).tolist()
             lines.append(f"usemtl {material_name(batch.materials, material, number)}")
             if number in self._images and batch.coordinates is not None:
                 vertices = slice(*batch.group_vertices[group : group + 2])
                 lines.append(_rows("vt", batch.coordinates[vertices]))
                 texture = corners + (self._num_coordinates - self._num_vertices - vertices.start)
                 self._num_coordinates += vertices.stop - vertices.start
-                lines.append(_faces("%d/%d/%d", np.stack([corners, texture, corners], axis=1)))
+                lines.append(_faces("%d/%d/%d", np.stack([corners, texture, corners], axis=1), sizes))
             elif number in self._images:
-                coordinates = texture_coordinates(batch, triangles).reshape(-1, 2) * (1.0, -1.0)
-                lines.append(_rows("vt", coordinates))
+                lines.append(_rows("vt", polygon_coordinates(batch, faces, chosen)))
                 texture = self._num_coordinates + 1 + np.arange(len(corners))
                 self._num_coordinates += len(corners)
-                lines.append(_faces("%d/%d/%d", np.stack([corners, texture, corners], axis=1)))
+                lines.append(_faces("%d/%d/%d", np.stack([corners, texture, corners], axis=1), sizes))
             else:
-                lines.append(_faces("%d//%d", np.stack([corners, corners], axis=1)))
+                lines.append(_faces("%d//%d", np.stack([corners, corners], axis=1), sizes))
         self._num_vertices += len(batch.vertices)
         self._write(lines)
 
@@ -122,7 +125,8 @@ def _rows(keyword: str, values: NDArray[np.floating], digits: int = 9) -> str:
     return template % tuple(values.ravel().tolist())
 
 
-def _faces(corner: str, references: NDArray[np.int64]) -> str:
-    """One line per triangle from the references of its corners [3 T, 2 or 3]."""
-    template = "\n".join([f"f {corner} {corner} {corner}"] * (len(references) // 3))
+def _faces(corner: str, references: NDArray[np.int64], sizes: Sequence[int]) -> str:
+    """One line per face from the references of its corners [C, 2 or 3] and the numbers of corners of the faces."""
+    line_of_size = {size: "f" + f" {corner}" * size for size in set(sizes)}
+    template = "\n".join([line_of_size[size] for size in sizes])
     return template % tuple(references.ravel().tolist())

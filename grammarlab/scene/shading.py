@@ -42,6 +42,14 @@ class ShadedMeshes:
     """[M + 1] into triangles."""
     axis_aligned: NDArray[np.bool_]
     """[M] whether every normal of the mesh is along an axis, as in boxes and upright rectangles."""
+    corners: Ints
+    """[C] vertices of the corners of the faces that the triangles cover, counted as in `triangles`."""
+    face_offsets: Ints
+    """[F + 1] into `corners`."""
+    mesh_faces: Ints
+    """[M + 1] into faces."""
+    triangle_faces: Ints
+    """[T] the face that each triangle covers with others, ascending."""
     coordinates: Floats | None = None
     """[V, 2] u and v of the vertices, v upwards; None if they follow from texture maps."""
     corner_coordinates: Floats | None = None
@@ -62,6 +70,10 @@ def shaded_meshes(scene: Scene, chosen: NDArray[np.integer], crease_angle: float
         mesh_vertices=mesh_points,
         mesh_triangles=meshes.mesh_faces,
         axis_aligned=_axis_aligned(normals, mesh_points),
+        corners=meshes.corners,
+        face_offsets=meshes.face_offsets,
+        mesh_faces=meshes.mesh_faces,
+        triangle_faces=np.arange(meshes.num_faces),
         coordinates=scene.surface.coordinates.take(point, axis=0),
     )
 
@@ -113,6 +125,10 @@ def shade(meshes: Meshes, crease_angle: float) -> ShadedMeshes:
         mesh_vertices=mesh_vertices,
         mesh_triangles=mesh_triangles,
         axis_aligned=_axis_aligned(normals, mesh_vertices),
+        corners=vertex_of_corner[corner] - mesh_vertices[mesh_of_face][face],
+        face_offsets=meshes.face_offsets,
+        mesh_faces=meshes.mesh_faces,
+        triangle_faces=face_of_triangle,
         corner_coordinates=coordinates,
     )
 

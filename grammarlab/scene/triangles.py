@@ -21,9 +21,9 @@ from grammarlab.scene.shading import ShadedMeshes, shaded_meshes
 
 CREASE_ANGLE = math.radians(30.0)
 """Largest angle between faces that are shaded as one curved surface: a cylinder of more than 12 sides is smooth."""
-_LARGEST_COORDINATE = 1e9
+LARGEST_COORDINATE = 1e9
 """Largest texture coordinate; larger ones are clipped so that they fit 32 bits, since no image is visible there."""
-_MANY_REPEATS = 1024.0
+MANY_REPEATS = 1024.0
 """Largest number of repeats of an image; beyond it, whole repeats are removed to keep the fraction in 32 bits."""
 
 
@@ -140,7 +140,7 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
     used = np.bincount(scene.mesh, minlength=len(scene.meshes)) > 0
     shaded = shaded_meshes(scene, np.flatnonzero(used), crease_angle)
     place_of_mesh = np.cumsum(used) - 1
-    scene = _in_groups(scene, (np.diff(shaded.mesh_triangles) > 0)[place_of_mesh[scene.mesh]])
+    scene = in_groups(scene, (np.diff(shaded.mesh_triangles) > 0)[place_of_mesh[scene.mesh]])
     mesh = place_of_mesh[scene.mesh]
     is_first = np.empty(len(scene), dtype=bool)
     is_first[:1] = True
@@ -191,7 +191,7 @@ def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.fl
     """U and v of the corners of selected triangles [T] of a batch: from maps, from files of meshes, or in metres.
 
     Returns:
-        [T, 3, 2] with v downwards, as in glTF; up to `_MANY_REPEATS` whole repeats are kept.
+        [T, 3, 2] with v downwards, as in glTF; up to `MANY_REPEATS` whole repeats are kept.
     """
     if batch.coordinates is not None:
         return downwards(batch.coordinates)[batch.triangles[triangles]]
@@ -205,9 +205,9 @@ def texture_coordinates(batch: TriangleBatch, triangles: slice) -> NDArray[np.fl
     if len(mapped):
         rows = batch.texture_maps[chosen[mapped]]
         values = np.einsum("tij,tcj->tci", rows[:, :, :3], corners[mapped]) + rows[:, None, :, 3]
-        coordinates[mapped] = np.clip(np.nan_to_num(values), -_LARGEST_COORDINATE, _LARGEST_COORDINATE) * (1.0, -1.0)
+        coordinates[mapped] = np.clip(np.nan_to_num(values), -LARGEST_COORDINATE, LARGEST_COORDINATE) * (1.0, -1.0)
     first = coordinates.min(axis=1, keepdims=True)
-    return (coordinates - np.where(np.abs(first) > _MANY_REPEATS, np.floor(first), 0.0)).astype(np.float32)
+    return (coordinates - np.where(np.abs(first) > MANY_REPEATS, np.floor(first), 0.0)).astype(np.float32)
 
 
 def downwards(coordinates: NDArray[np.floating]) -> NDArray[np.float32]:
@@ -215,7 +215,7 @@ def downwards(coordinates: NDArray[np.floating]) -> NDArray[np.float32]:
     return (coordinates * (1.0, -1.0) + (0.0, 1.0)).astype(np.float32)
 
 
-def _in_groups(scene: Scene, has_triangles: NDArray[np.bool_]) -> Scene:
+def in_groups(scene: Scene, has_triangles: NDArray[np.bool_]) -> Scene:
     """The instances with triangles, ordered by model, then by material."""
     model, material = scene.model, scene.material
     ordered = (model[1:] > model[:-1]) | ((model[1:] == model[:-1]) & (material[1:] >= material[:-1]))

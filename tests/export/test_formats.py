@@ -14,6 +14,8 @@ from trimesh.visual.material import SimpleMaterial
 
 from grammarlab.assets.srgb import linear_from_srgb, srgb_from_linear
 from grammarlab.export import FORMATS, SaveOptions, save, save_each
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.triangulate import triangulate
 from grammarlab.scene import Scene, triangles
 from grammarlab.scene.layout import grid, model_bounds
 from tests.export.gltf import read_glb, world
@@ -50,8 +52,10 @@ def test_every_file_holds_the_same_triangles_in_the_same_order(tmp_path, suffix)
     if suffix == "glb":
         found = world(read_glb(path)).corners
     elif suffix == "obj":
-        references = [line.split()[1:] for line in path.read_text().splitlines() if line.startswith("f ")]
-        found = text_of(path, "v")[np.array([[int(c.split("/")[0]) - 1 for c in row] for row in references])]
+        faces = [line.split()[1:] for line in path.read_text().splitlines() if line.startswith("f ")]
+        polygons = text_of(path, "v")[[int(word.split("/")[0]) - 1 for face in faces for word in face]]
+        assert max(map(len, faces)) > 3
+        found = polygons[triangulate(Meshes.from_polygons(polygons, np.array(list(map(len, faces)))))[0]]
     else:
         found = read(path).triangles
     assert np.allclose(found, corners, atol=1e-4)

@@ -15,6 +15,7 @@ from grammarlab.assets.mesh_files import AssetFolder, load_asset, read_parts
 from grammarlab.derivation import derive
 from grammarlab.errors import GrammarlabError
 from grammarlab.export import FORMATS, REUSES, SaveOptions, save, save_each, save_together
+from grammarlab.geometry.meshes.triangulate import triangulate
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.scene import realize, triangles
@@ -96,7 +97,10 @@ def test_every_form_of_a_file_is_an_asset_of_the_same_size(tmp_path, suffix, reu
     scene = scene_of("furniture")
     save(scene, tmp_path / f"model.{suffix}", options=SaveOptions(reuse=reuse))
     asset = load_asset(f"model.{suffix}", tmp_path)
-    corners = (asset.meshes.points * asset.size + asset.low)[asset.meshes.corners.reshape(-1, 3)]
+    mesh = asset.meshes.with_points(asset.meshes.points * asset.size + asset.low)
+    corners = mesh.points[triangulate(mesh)[0]]
+    if suffix == "obj":
+        assert mesh.num_faces == scene.meshes.take(scene.mesh).num_faces
     batch = triangles(scene)
     assert_same_shape(corners, batch.vertices[batch.triangles])
 

@@ -25,6 +25,7 @@ from grammarlab.runs.sample.checks import warnings_of
 from grammarlab.runs.sample.contact_sheet import PAPER, seen_points
 from grammarlab.runs.sample.domains import opened
 from grammarlab.scene import TriangleBatch, triangles
+from grammarlab.scene.scene_pictures import with_pictures
 
 _MAX_MODELS = 48
 """Largest number of models in memory, since they are drawn twice: quickly, then well."""
@@ -127,7 +128,7 @@ class _Studio:
         ordered = sorted(addresses)
         realized = self.space.realize(ordered)
         self.warnings |= dict.fromkeys(warnings_of(realized.missing_assets, self.assets))
-        batch = triangles(realized.scene)
+        batch = triangles(with_pictures(realized.scene, self.assets))
         self.models |= {str(address): batch.model(index) for index, address in enumerate(ordered)}
         vertices = sum(len(model.vertices) for model in self.models.values())
         while len(self.models) > _MAX_MODELS or (vertices > _MAX_VERTICES and len(self.models) > len(addresses)):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +18,13 @@ from grammarlab.rendering.light.box_tree import AbstractScene, Hits
 from grammarlab.scene import TriangleBatch
 from grammarlab.scene.triangles import texture_coordinates
 
+if TYPE_CHECKING:
+    from PIL import Image
+
 _HOLE = 0.5
 """Opacity of a picture below which there is a hole, as in glTF's MASK."""
+_MOST_PIXELS = 1 << 24
+"""Largest number of pixels of all pictures of a model together; each is in memory as four 32-bit numbers."""
 _MOST_HOLES = 48
 """Largest number of holes along a ray; behind them is nothing."""
 _NEXT = np.float32(1e-4)
@@ -172,10 +179,11 @@ def _pyramids(names: list[str], pictures: Mapping[str, bytes]) -> tuple[tuple[ND
     from PIL import Image  # noqa: PLC0415
 
     pyramids = []
+    most_pixels = _MOST_PIXELS // len(names)
     for name in names:
         try:
             with Image.open(BytesIO(pictures[name]), formats=("PNG", "JPEG")) as image:
-                pixels = np.asarray(image.convert("RGBA"), np.float32) / np.float32(255.0)
+                pixels = np.asarray(_reduced(image.convert("RGBA"), most_pixels), np.float32) / np.float32(255.0)
         except (OSError, ValueError, SyntaxError) as error:
             raise UsageError(f"the picture {name!r} cannot be drawn: {error}") from error
         pixels = np.concatenate([linear_from_srgb(pixels[:, :, :3]), pixels[:, :, 3:]], axis=2).astype(np.float32)
@@ -186,3 +194,9 @@ def _pyramids(names: list[str], pictures: Mapping[str, bytes]) -> tuple[tuple[ND
             levels.append(halves.mean(axis=(1, 3), dtype=np.float32))
         pyramids.append(tuple(levels))
     return tuple(pyramids)
+
+
+def _reduced(image: Image.Image, most_pixels: int) -> Image.Image:
+    """An image, in a smaller size if it has more pixels."""
+    factor = math.ceil(math.sqrt(image.width * image.height / most_pixels))
+    return image if factor <= 1 else image.reduce(factor)

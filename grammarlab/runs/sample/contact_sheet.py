@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -18,6 +19,7 @@ from grammarlab.rendering.choice import RendererChoice
 from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.scene import Scene, TriangleBatch, triangles
+from grammarlab.scene.scene_pictures import with_pictures
 
 Picture: TypeAlias = NDArray[np.uint8]
 _Font: TypeAlias = ImageFont.FreeTypeFont | ImageFont.ImageFont
@@ -83,6 +85,7 @@ def render(
     pixels: int = 320,
     same_scale: bool = False,
     title: str = "",
+    assets: Path | str | None = None,
     executor: AbstractExecutor = SERIAL,
 ) -> Image.Image:
     """All models of a scene side by side, each with its number.
@@ -93,6 +96,7 @@ def render(
         pixels: approximate width and height of each model in pixels.
         same_scale: whether all models have the same scale; otherwise each model fills its cell.
         title: heading of the picture.
+        assets: folder of the images on surfaces; without it, surfaces have their colours only.
         executor: draws the picture, which does not depend on it.
 
     Raises:
@@ -108,7 +112,7 @@ def render(
         raise UsageError("nothing to draw: the scene has no models.")
     if pixels < _MIN_PIXELS:
         raise UsageError(f"pixels: expected at least {_MIN_PIXELS}, found {pixels}.")
-    batch = triangles(scene)
+    batch = triangles(with_pictures(scene, None if assets is None else Path(assets)))
     models = [batch.model(index) for index in range(scene.num_models)]
     tiles = draw_tiles(models, pixels * pixels, executor, same_scale=same_scale)
     page = lay_out(len(models), columns, tiles.width, tiles.height)

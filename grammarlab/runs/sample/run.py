@@ -35,6 +35,7 @@ from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.work.results import Progress
 from grammarlab.runs.work.run_folder import only_run_in
 from grammarlab.scene import TriangleBatch, triangles
+from grammarlab.scene.scene_pictures import with_pictures
 
 TILE_AREA = 320 * 320
 """Pixels of the picture of one model."""
@@ -339,7 +340,7 @@ class _FirstModels:
     def __iter__(self) -> Iterator[TriangleBatch]:
         count = 0
         for scene in self.scenes:
-            batch = triangles(scene)
+            batch = triangles(with_pictures(scene, self.scenes.request.assets))
             for index in range(min(scene.num_models, _SHEET_MODELS - count)):
                 yield batch.model(index)
             count += scene.num_models

@@ -10,8 +10,10 @@ from PIL import Image
 from grammarlab.derivation import derive
 from grammarlab.export import SaveOptions, save
 from grammarlab.language.grammar import Grammar
+from grammarlab.runs.sample.contact_sheet import render
 from grammarlab.runs.sample.derivations import load_forest, save_forest
 from grammarlab.scene import realize, triangles
+from grammarlab.scene.scene_pictures import with_pictures
 from grammarlab.scene.triangles import texture_coordinates
 
 WALL = """mtllib wall.mtl
@@ -135,3 +137,12 @@ def test_a_stored_forest_has_the_values_of_corners(assets, tmp_path):
     assert made is not None
     np.testing.assert_array_equal(stored.values, made.values)
     np.testing.assert_array_equal(stored.slots, made.slots)
+
+
+def test_pictures_show_images_and_colours_in_place_of_unusable_ones(assets):
+    scene = scene_of('setupProjection(0, scope.xy, 1, 1) projectUV(0) texture("parts/brick.png") A', assets)
+    plain, shown = (np.asarray(render(scene, pixels=48, assets=folder), float) for folder in (None, assets))
+    redder = (shown[:, :, 0] - shown[:, :, 2]) - (plain[:, :, 0] - plain[:, :, 2])
+    assert redder.max() > 60.0
+    (assets / "parts" / "brick.png").write_bytes(b"\x89PNG\r\n\x1a\nnot an image")
+    assert with_pictures(scene, assets).materials.pictures == {}
