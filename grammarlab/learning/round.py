@@ -152,7 +152,7 @@ def step(
     )
     learned = _learned(study, state, replace(updated, wide=wide), report)
     if not learned.wide and widens and _are_rare(learned):
-        learned = _learned(study, state, replace(updated, wide=True), report)
+        learned = _learned(study, state, replace(updated, wide=True), report, learned.columns)
     return learned
 
 
@@ -170,7 +170,9 @@ def _are_rare(state: State) -> bool:
     )
 
 
-def _learned(study: Study[Designs], state: State, updated: State, report: Report) -> State:
+def _learned(
+    study: Study[Designs], state: State, updated: State, report: Report, found: Columns | None = None
+) -> State:
     """Learn on one pool.
 
     Args:
@@ -178,12 +180,13 @@ def _learned(study: Study[Designs], state: State, updated: State, report: Report
         state: state after the previous round.
         updated: state with all answers.
         report: called with the progress.
+        found: columns with what was composed for the same answers; None if this is not known yet.
     """
     factors_answers = _nonempty_answers(updated)
     tables = study.tables(updated.wide, report)
     total = len(factors_answers) + 2
     report("looking at scored models", 0, total)
-    columns = _columns(tables, factors_answers, study.settings)
+    columns = _columns(tables, factors_answers, study.settings, found)
     report("counting features", 1, total)
     table = tables.table(columns)
     reusable = state.preferences if (columns, tables.pool_designs.pool.wide) == (state.columns, state.wide) else {}
@@ -216,7 +219,9 @@ def table_rows(tables: DesignTables[Designs], columns: Columns, answers: Answers
     return np.array(list(rows), dtype=np.int64)
 
 
-def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings: Settings) -> Columns:
+def _columns(
+    tables: DesignTables[Designs], answers: Sequence[Answers], settings: Settings, found: Columns | None
+) -> Columns:
     """The columns needed for answers."""
     different = {address for factor_answers in answers for address in factor_answers.mentioned}
     elsewhere = tuple(sorted(address for address in different if address not in tables.index))
@@ -225,8 +230,9 @@ def _columns(tables: DesignTables[Designs], answers: Sequence[Answers], settings
     scored = [_per_design(table_rows(tables, columns, single), single.scores) for single in about_one if single.designs]
     every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(rows for rows, _ in scored)]))
     designs = tables.designs(every, elsewhere)
-    extra: dict[Feature, float] = {}
-    for rows, scores in scored if settings.grows and settings.fit == "blended" else ():
+    extra: dict[Feature, float] = {} if found is None else dict(zip(found.extra, found.prices, strict=True))
+    composes = found is None and settings.grows and settings.fit == "blended"
+    for rows, scores in scored if composes else ():
         indices = selected(scores)
         extra = (
             composed_columns(tables.space, tables.designs(rows[indices], elsewhere), scores[indices], settings.features)

@@ -8,13 +8,15 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
+from scipy.sparse import csr_array
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Flags, Floats
 from grammarlab.derivation.forest import Forest, Site
 from grammarlab.features.columns.paths import is_quantity
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Below, Draw, Formula, Pattern
 from grammarlab.tastes.choice_lines import Lines
+from grammarlab.tastes.choice_pairs import Pair, pairs_beside
 from grammarlab.tastes.choice_places import Choice, as_quantities, choices_of, summed
 from grammarlab.tastes.labelled_nodes import LabelledNodes
 from grammarlab.tastes.quantities import Quantities, joined
@@ -99,6 +101,21 @@ class Elements:
     def choices(self) -> tuple[Choice, ...]:
         """Choices at places that a model has at most once."""
         return choices_of(self.lines)
+
+    @cached_property
+    def overlaps(self) -> Flags:
+        """[K, K] whether two of `choices` have a node in common."""
+        rows = [choice.line.rows for choice in self.choices]
+        pointers = np.cumsum([0, *map(len, rows)])
+        nodes = np.concatenate([np.zeros(0, dtype=np.int64), *rows])
+        shape = len(rows), len(self.nodes.label)
+        has = csr_array((np.ones(len(nodes), dtype=np.int64), nodes, pointers), shape=shape)
+        return (has @ has.T).toarray() > 0
+
+    @cached_property
+    def beside(self) -> tuple[tuple[Pair, Pair | None], ...]:
+        """Comparable choices of parts side by side, and with another part between if there are such."""
+        return tuple(pairs_beside(self.lines))
 
     @cached_property
     def numbers(self) -> Quantities:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -24,9 +23,11 @@ _MAX_LINES = 600
 """Largest number of lines of one length."""
 
 
-class Line(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Line:
     """R choices of one kind with the same line above them."""
 
+    nodes: LabelledNodes
     kind: int
     rows: Ints
     """[R] the nodes of the choices."""
@@ -38,28 +39,32 @@ class Line(NamedTuple):
     """Symbols from the first node down to the choice; None for several."""
     children: tuple[int, ...]
     """Indices below the first node."""
-    alternatives: tuple[tuple[Pattern, ...], ...]
-    """Patterns of each alternative, by number; several for several symbols, none for an alternative they lack."""
+    labels: tuple[tuple[int, ...], ...]
+    """Labels of each alternative, by number; several for several symbols, none for an alternative they lack."""
 
-    def pattern(self, node: Pattern) -> Pattern:
-        """A node in place of the choice."""
+    @cached_property
+    def alternatives(self) -> tuple[tuple[Pattern, ...], ...]:
+        """Patterns of each alternative. Most lines are never put into words, and so are not made patterns."""
+        return tuple(
+            tuple(self._pattern(self.nodes.pattern(label)) for label in alternative) for alternative in self.labels
+        )
+
+    @cached_property
+    def any(self) -> tuple[Pattern, ...]:
+        """The line with any alternative, for each symbol of the choice."""
+        return tuple(self._pattern(bare) for bare in self.bare)
+
+    @cached_property
+    def bare(self) -> tuple[Pattern, ...]:
+        """The choice alone with any alternative, for each of its symbols."""
+        listed = (self.nodes.pattern(label) for alternative in self.labels for label in alternative)
+        return tuple(dict.fromkeys(replace(pattern, branch=()) for pattern in listed))
+
+    def _pattern(self, node: Pattern) -> Pattern:
+        """The line with a node in place of the choice."""
         for symbol, child in zip(self.chain[-2::-1], self.children[::-1], strict=True):
             node = Pattern(symbol, below=(Below((node,), child),))
         return node
-
-    @property
-    def any(self) -> tuple[Pattern, ...]:
-        """The line with any alternative, for each symbol of the choice."""
-        listed = [pattern for alternatives in self.alternatives for pattern in alternatives]
-        return tuple(dict.fromkeys(without_branch(pattern) for pattern in listed))
-
-
-def without_branch(pattern: Pattern) -> Pattern:
-    """A line with any branch of the choice at its end."""
-    if not pattern.below:
-        return replace(pattern, branch=())
-    (below,) = pattern.below
-    return replace(pattern, below=(replace(below, run=(without_branch(below.run[0]),)),))
 
 
 @dataclass(frozen=True)
@@ -114,26 +119,35 @@ class Lines:
         return paths
 
     def _line(self, part: Ints, length: int) -> Line:
-        labels, rows = self.nodes.labels, self._above[0][part]
-        levels = [np.unique(self._symbols[level][part]) for level in range(length, -1, -1)]
-        chain = tuple(labels.symbols[level[0]] if len(level) == 1 else None for level in levels)
-        children = tuple(int(self.nodes.child[self._above[level][part[0]]]) for level in range(length - 1, -1, -1))
-        kind, number = int(self._kind[part[0]]), self.roles.number[self.nodes.label[rows]]
-        tops = self._above[length][part]
-        bare = Line(kind=kind, rows=rows, tops=tops, number=number, chain=chain, children=children, alternatives=())
-        return bare._replace(alternatives=self._alternatives(bare, levels[-1]))
-
-    def _alternatives(self, line: Line, symbols: Ints) -> tuple[tuple[Pattern, ...], ...]:
-        labels = np.flatnonzero((self.roles.kind == line.kind) & np.isin(self._symbol_of, symbols))
-        numbers = self.roles.number[labels]
-        return tuple(
-            tuple(line.pattern(self.nodes.pattern(label)) for label in labels[numbers == number].tolist())
-            for number in range(1, 1 + int(numbers.max()))
+        rows, symbols = self._above[0][part], self.nodes.labels.symbols
+        levels = [self._symbols[level][part] for level in range(length, -1, -1)]
+        chain = tuple(symbols[int(level[0])] if (level == level[0]).all() else None for level in levels)
+        kind = int(self._kind[part[0]])
+        return Line(
+            nodes=self.nodes,
+            kind=kind,
+            rows=rows,
+            tops=self._above[length][part],
+            number=self.roles.number[self.nodes.label[rows]],
+            chain=chain,
+            children=tuple(int(self.nodes.child[self._above[level][part[0]]]) for level in range(length - 1, -1, -1)),
+            labels=self._labels(kind, np.unique(levels[-1]).tolist()),
         )
 
-    @property
-    def _symbol_of(self) -> Ints:
-        return self.nodes.labels.symbol_numbers
+    def _labels(self, kind: int, symbols: Sequence[int]) -> tuple[tuple[int, ...], ...]:
+        """Labels of each alternative of choices of one kind."""
+        labels = [label for label in self._members[kind] if self.nodes.labels.symbol_numbers[label] in symbols]
+        numbers = self.roles.number[labels].tolist()
+        return tuple(
+            tuple(label for label, other in zip(labels, numbers, strict=True) if other == number)
+            for number in range(1, 1 + max(numbers))
+        )
+
+    @cached_property
+    def _members(self) -> list[list[int]]:
+        """Labels of each kind."""
+        kinds = range(int(self.roles.kind.max(initial=-1)) + 1)
+        return [np.flatnonzero(self.roles.kind == kind).tolist() for kind in kinds]
 
 
 def _codes(*keys: Ints) -> Ints:

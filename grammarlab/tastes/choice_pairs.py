@@ -6,7 +6,8 @@ of all sections alike" and "no two neighbours alike" are said of any number of s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations, islice, product
 from typing import NamedTuple
 
@@ -15,9 +16,9 @@ import numpy as np
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.choice_lines import Line, Lines
-from grammarlab.tastes.choice_places import summed
+from grammarlab.tastes.choice_places import total
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.quantities import Quantities
+from grammarlab.tastes.quantities import Later, Quantities
 
 _MAX_LEVELS = 3
 """Largest number of levels from a node or a part down to its choice."""
@@ -29,11 +30,17 @@ _MAX_RUNS = 100
 """Largest number of patterns of a pair that is made alike."""
 
 
-class _Pair(NamedTuple):
-    alike: Formula | Pattern
+class Pair(NamedTuple):
+    """Pairs of one kind in n models."""
+
+    alike: Callable[[], Formula | Pattern]
+    """Makes the count of those that are made alike."""
     num_alike: Floats
-    both: Formula | Pattern
+    """[n] this count."""
+    both: Callable[[], Formula | Pattern]
+    """Makes the count of all."""
     num_both: Floats
+    """[n] this count."""
 
 
 class Pairs(NamedTuple):
@@ -45,14 +52,14 @@ class Pairs(NamedTuple):
     """Number of pairs."""
 
     @classmethod
-    def of(cls, pairs: Sequence[_Pair], num: int) -> Pairs:
+    def of(cls, pairs: Sequence[Pair], num: int) -> Pairs:
         """Pairs of ``num`` models."""
         none = np.zeros((num, 0))
         alike = np.column_stack([none, *(pair.num_alike for pair in pairs)])
         both = np.column_stack([none, *(pair.num_both for pair in pairs)])
         return cls(
-            Quantities(tuple(pair.alike for pair in pairs), alike),
-            Quantities(tuple(pair.both for pair in pairs), both),
+            Quantities(Later([pair.alike for pair in pairs]), alike),
+            Quantities(Later([pair.both for pair in pairs]), both),
         )
 
 
@@ -61,19 +68,19 @@ def pairs_below(lines: Lines) -> Pairs:
     return Pairs.of(list(islice(_pairs_below(lines), _MAX_PAIRS)), lines.nodes.num_models)
 
 
-def pairs_beside(lines: Lines) -> Pairs:
+def of_neighbours(beside: Sequence[tuple[Pair, Pair | None]], num: int) -> Pairs:
     """The choices of a part and of its next sibling, where both have such a choice."""
-    return Pairs.of([near for near, _ in _pairs_beside(lines)], lines.nodes.num_models)
+    return Pairs.of([near for near, _ in beside], num)
 
 
-def pairs_of_three(lines: Lines) -> tuple[Pairs, Pairs]:
+def of_three(beside: Sequence[tuple[Pair, Pair | None]], num: int) -> tuple[Pairs, Pairs]:
     """Pairs of parts side by side, and of parts with one of them between."""
-    both = [(near, far) for near, far in _pairs_beside(lines) if far is not None]
+    both = [(near, far) for near, far in beside if far is not None]
     near, far = ([pair[index] for pair in both] for index in (0, 1))
-    return Pairs.of(near, lines.nodes.num_models), Pairs.of(far, lines.nodes.num_models)
+    return Pairs.of(near, num), Pairs.of(far, num)
 
 
-def _pairs_below(lines: Lines) -> Iterator[_Pair]:
+def _pairs_below(lines: Lines) -> Iterator[Pair]:
     tops: dict[str, list[Line]] = {}
     for length in range(1, _MAX_LEVELS + 1):
         for line in lines.groups(length, by_symbol=True):
@@ -90,34 +97,42 @@ def _pairs_below(lines: Lines) -> Iterator[_Pair]:
                     yield pair
 
 
-def _pair(nodes: LabelledNodes, symbol: str, first: Line, second: Line) -> _Pair | None:
+def _pair(nodes: LabelledNodes, symbol: str, first: Line, second: Line) -> Pair | None:
     def joined(ones: Sequence[Pattern], others: Sequence[Pattern]) -> list[Pattern]:
         return [Pattern(symbol, below=(*one.below, *other.below)) for one, other in product(ones, others)]
+
+    def alike() -> list[Pattern]:
+        same = zip(first.alternatives, second.alternatives, strict=False)
+        return [pattern for ones, others in same for pattern in joined(ones, others)]
 
     _, one, other = np.intersect1d(first.tops, second.tops, return_indices=True)
     if (first.rows[one] == second.rows[other]).any():
         return None
-    same = zip(first.alternatives, second.alternatives, strict=False)
-    alike = [pattern for ones, others in same for pattern in joined(ones, others)]
-    both = joined(first.any, second.any)
-    return _pair_of(nodes, alike, both, first.rows[one], first.number[one] == second.number[other])
+    num = sum(len(ones) * len(others) for ones, others in zip(first.labels, second.labels, strict=False))
+
+    def both() -> list[Pattern]:
+        return joined(first.any, second.any)
+
+    return _pair_of(nodes, num, alike, both, first.rows[one], first.number[one] == second.number[other])
 
 
-def _pairs_beside(lines: Lines) -> list[tuple[_Pair, _Pair | None]]:
-    """Pairs at a distance of one and of two siblings."""
-    pairs: list[tuple[_Pair, _Pair | None]] = []
+def pairs_beside(lines: Lines) -> list[tuple[Pair, Pair | None]]:
+    """Comparable choices of parts at a distance of one and, if there are such, of two siblings."""
+    pairs: list[tuple[Pair, Pair | None]] = []
     for length, by_symbol in product(range(_MAX_LEVELS), (True, False)):
         for line in lines.groups(length, by_symbol=by_symbol):
-            order = np.argsort(line.tops, kind="stable")
-            ordered = line._replace(tops=line.tops[order], number=line.number[order])
             is_known = line.chain[-1] is not None and not by_symbol
-            if not is_known and len(pairs) < _MAX_PAIRS and (np.diff(ordered.tops) > 0).all():
+            if is_known or len(pairs) >= _MAX_PAIRS:
+                continue
+            order = np.argsort(line.tops, kind="stable")
+            ordered = replace(line, tops=line.tops[order], number=line.number[order])
+            if (np.diff(ordered.tops) > 0).all():
                 near, far = (_siblings(lines.nodes, ordered, distance) for distance in (1, 2))
                 pairs += [] if near is None else [(near, far)]
     return pairs
 
 
-def _siblings(nodes: LabelledNodes, line: Line, distance: int) -> _Pair | None:
+def _siblings(nodes: LabelledNodes, line: Line, distance: int) -> Pair | None:
     """The pairs of parts, ascending, at a distance."""
     following = _indices(line.tops, nodes.following[line.tops])
     rows = np.flatnonzero(following >= 0)
@@ -125,9 +140,17 @@ def _siblings(nodes: LabelledNodes, line: Line, distance: int) -> _Pair | None:
     for _ in range(distance - 1):
         inside = following[partner] >= 0
         rows, partner = rows[inside], following[partner[inside]]
-    alike = [run for ones in line.alternatives for run in _runs(ones, line.any, distance)]
-    same = line.number[rows] == line.number[partner]
-    return _pair_of(nodes, alike, _runs(line.any, line.any, distance), line.tops[rows], same) if len(rows) else None
+    if not len(rows):
+        return None
+
+    def alike() -> list[Pattern]:
+        return [run for ones in line.alternatives for run in _runs(ones, line.any, distance)]
+
+    def both() -> list[Pattern]:
+        return _runs(line.any, line.any, distance)
+
+    num = sum(min(len(ones) ** 2 * len(line.bare) ** (distance - 1), _MAX_RUNS + 1) for ones in line.labels)
+    return _pair_of(nodes, num, alike, both, line.tops[rows], line.number[rows] == line.number[partner])
 
 
 def _runs(ends: Sequence[Pattern], between: Sequence[Pattern], distance: int) -> list[Pattern]:
@@ -143,10 +166,25 @@ def _indices(part: Ints, targets: Ints) -> Ints:
 
 
 def _pair_of(
-    nodes: LabelledNodes, alike: Sequence[Pattern], both: Sequence[Pattern], rows: Ints, same: Flags
-) -> _Pair | None:
-    total, all_pairs, model = summed(alike), summed(both), nodes.model[rows]
-    if total is None or all_pairs is None or len(alike) > _MAX_RUNS:
+    nodes: LabelledNodes,
+    num_patterns: int,
+    alike: Callable[[], Sequence[Pattern]],
+    both: Callable[[], Sequence[Pattern]],
+    rows: Ints,
+    same: Flags,
+) -> Pair | None:
+    """Pairs of some nodes, one of each pair; None if nothing or too much makes a pair alike.
+
+    Args:
+        nodes: all nodes.
+        num_patterns: number of patterns of pairs that are made alike.
+        alike: makes these patterns.
+        both: makes the patterns of all pairs.
+        rows: [R] a node of each pair.
+        same: [R] whether it is made alike.
+    """
+    if not 0 < num_patterns <= _MAX_RUNS:
         return None
+    model = nodes.model[rows]
     num_alike, num_both = (np.bincount(m, minlength=nodes.num_models).astype(np.float64) for m in (model[same], model))
-    return _Pair(total, num_alike, all_pairs, num_both)
+    return Pair(lambda: total(alike()), num_alike, lambda: total(both()), num_both)

@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import combinations
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, overload
 
 import numpy as np
 
@@ -29,10 +29,30 @@ _BLOCK = 512
 """Number of columns that are made at once."""
 
 
+class Later(Sequence[Formula | Atom]):
+    """Formulas that are made when they are needed: most quantities end in no column that anyone sees."""
+
+    def __init__(self, makers: Sequence[Callable[[], Formula | Atom]]) -> None:
+        """Formulas by functions that make them."""
+        self._makers = makers
+
+    def __len__(self) -> int:
+        return len(self._makers)
+
+    @overload
+    def __getitem__(self, index: int) -> Formula | Atom: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Later: ...
+
+    def __getitem__(self, index: int | slice) -> Formula | Atom | Later:
+        return Later(self._makers[index]) if isinstance(index, slice) else self._makers[index]()
+
+
 class Quantities(NamedTuple):
     """K numbers of each of n designs."""
 
-    formulas: tuple[Formula | Atom, ...]
+    formulas: Sequence[Formula | Atom]
     """[K] what they are."""
     values: Floats
     """[n, K] their values."""

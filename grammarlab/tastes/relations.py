@@ -12,7 +12,7 @@ import numpy as np
 from grammarlab.arrays import Flags, Ints
 from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.basic_quantities import Elements
-from grammarlab.tastes.choice_pairs import Pairs, pairs_below, pairs_beside, pairs_of_three
+from grammarlab.tastes.choice_pairs import Pairs, of_neighbours, of_three, pairs_below
 from grammarlab.tastes.choice_places import summed
 from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks
 
@@ -45,12 +45,12 @@ def sections(elements: Elements) -> Iterator[Block]:
 
 def neighbours(elements: Elements) -> Iterator[Block]:
     """How many neighbours are alike, how many changes there are, and whether all or none are alike."""
-    return _of_pairs(pairs_beside(elements.lines), (_alike, _unlike, _all, _none))
+    return _of_pairs(of_neighbours(elements.beside, elements.num), (_alike, _unlike, _all, _none))
 
 
 def alternations(elements: Elements) -> Iterator[Block]:
     """Whether neighbours take turns: none are alike, and all are like the one after the next."""
-    near, far = pairs_of_three(elements.lines)
+    near, far = of_three(elements.beside, elements.num)
     indices = np.repeat(np.arange(len(near.both))[:, None], 4, axis=1)
 
     def recipe(do: Any, alike: Any, both: Any, alike_far: Any, both_far: Any) -> Any:

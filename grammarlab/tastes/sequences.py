@@ -33,8 +33,7 @@ def equal_choices(elements: Elements) -> Iterator[Block]:
     """Two comparable choices are made alike."""
     kinds = [choice.line.kind for choice in elements.choices]
     pairs = [pair for pair in combinations(range(len(kinds)), 2) if kinds[pair[0]] == kinds[pair[1]]]
-    rows = [choice.line.rows for choice in elements.choices]
-    apart = [(first, second) for first, second in pairs if not np.isin(rows[first], rows[second]).any()]
+    apart = [pair for pair in pairs if not elements.overlaps[pair]]
     indices = np.array(apart[:_MOST_PAIRS], dtype=np.int64).reshape(-1, 2)
     return blocks(lambda do, a, b: do("equal", a, b), [elements.numbers] * 2, indices)
 
@@ -56,7 +55,7 @@ def positions(elements: Elements) -> Iterator[Block]:
 def orders(elements: Elements) -> Iterator[Block]:
     """A part with one alternative is somewhere after a part with another one."""
     for sequence in sequences_of(elements):
-        most = max(len(elements.choices[index].alternatives) for index in sequence)
+        most = max(elements.choices[index].num_alternatives for index in sequence)
         for first, second in permutations(range(1, most + 1), 2):
             yield from blocks(_followed(first, second), [elements.numbers] * len(sequence), np.array([sequence]))
 
@@ -68,8 +67,7 @@ def matching_sequences(elements: Elements) -> Iterator[Block]:
     pairs = [(i, j) for i, j in combinations(range(len(kinds)), 2) if kinds[i] == kinds[j]]
     same = [(sequences[i], sequences[j]) for i, j in pairs if len(sequences[i]) == len(sequences[j])]
     for first, second in same[:_MOST_MATCHES]:
-        rows = [np.concatenate([elements.choices[index].line.rows for index in each]) for each in (first, second)]
-        if not np.isin(rows[0], rows[1]).any():
+        if not elements.overlaps[np.ix_(first, second)].any():
             for reordered in dict.fromkeys((second, second[::-1])):
                 indices = np.array([[*first, *reordered]])
                 for recipe in (_alike(len(first)), _all_alike(len(first))):
@@ -103,7 +101,7 @@ def _alternatives(elements: Elements, sequence: Sequence[int]) -> list[Quantitie
     """For each alternative of a sequence, whether its parts have it: those that can, two or more."""
     members = [elements.choices[index] for index in sequence]
     listed: list[Quantities] = []
-    for number in range(1, 1 + max(len(choice.alternatives) for choice in members)):
+    for number in range(1, 1 + max(choice.num_alternatives for choice in members)):
         flags = {
             formula: (choice.number == number).astype(np.float64)
             for choice in members
