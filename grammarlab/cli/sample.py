@@ -293,7 +293,11 @@ def print_remarks(remarks: tuple[Remark, ...]) -> None:
 
 
 def _print_missing_assets(result: RunResult) -> None:
-    """Print missing meshes, each with its place in the rules."""
+    """Print what the rules passed over and missing meshes, each with its place in the rules."""
+    for finding in result.warnings[:MOST_WARNINGS]:
+        say(f"{finding.location}: {finding.severity}: {finding.message} [{finding.code}]")
+    if len(result.warnings) > MOST_WARNINGS:
+        say(f"… and {len(result.warnings) - MOST_WARNINGS:,} more warnings")
     findings = result.missing_asset_warnings()
     for finding in findings[:MOST_WARNINGS]:
         say(f"{finding.location}: {finding.severity}: {finding.message} [{finding.code}]")
@@ -322,7 +326,7 @@ def _as_json(result: RunResult) -> dict[str, Any]:
         "models": [{**asdict(model), "file": str(result.folder / model.file)} for model in result.models],
         "prints": list(result.prints),
         "kept_files": list(result.kept_files),
-        "warnings": [finding.as_dict() for finding in result.missing_asset_warnings()],
+        "warnings": [finding.as_dict() for finding in (*result.warnings, *result.missing_asset_warnings())],
         "place": place_of(request),
         "remarks": [asdict(remark) for remark in request.remarks],
         **_acceptance_as_json(result),

@@ -10,16 +10,21 @@ from grammarlab.derivation.calls.arguments import all_values, argument, head
 from grammarlab.derivation.calls.calls import BoundCall, Compiler
 from grammarlab.derivation.calls.table_columns import column_of, for_each, texts_of
 from grammarlab.derivation.functions.array_functions import counted, picked, written
+from grammarlab.derivation.functions.cell_operators import for_cells, for_each_cell
 from grammarlab.derivation.operations.comp import BLOCKS, SelectedComponents, select_components
 from grammarlab.derivation.state.array_table import DEFAULTS, Cell, Table, is_table, table_of
 from grammarlab.derivation.state.operators import concatenated
 from grammarlab.derivation.state.shapes import ARRAY, NUM_LANES, SITE_LANE, Shapes, Value, as_column, kind_of
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
-from grammarlab.language.syntax.builtins import blocks
-from grammarlab.language.syntax.syntax_tree import Array, Components, Index, Number, Span
+from grammarlab.language.syntax.builtins import blocks, functions
+from grammarlab.language.syntax.syntax_tree import Array, Binary, Block, Components, Index, Number, Span, Unary
 from grammarlab.randomness import fold
 
+_GIVE_ARRAYS = frozenset({"setElems", "transpose"}) | frozenset(
+    name for name, forms in functions().items() if all(kind.endswith("[]") for kind in forms[0].result)
+)
+"""Functions whose results are arrays, whatever their arguments are."""
 _COMPONENT = 2**40
 """Numbers of components begin here among those of the random expressions that share a key with them."""
 
@@ -121,10 +126,24 @@ def _of_components(
     return column_of([table_of(kind, 1, len(line), line, location) for line in cells], workspace, location)
 
 
+def cell_by_cell(compiler: Compiler, node: Unary | Binary) -> Code:
+    """Code for an operator that begins with a dot."""
+    sign, location = node.operator.removeprefix("."), node.location
+    if isinstance(node, Unary):
+        codes = [compiler.expression(node.operand)]
+        return _plainly(codes, lambda value: for_each_cell(sign, value, location), location)
+    codes = [compiler.expression(side) for side in (node.left, node.right)]
+    return _plainly(codes, lambda left, right: for_cells(sign, left, right, location), location)
+
+
 def makes_arrays(node: object) -> bool:
     """Whether a node of a syntax tree gives an array of itself."""
+    if isinstance(node, Block):
+        return node.name == "setbackPerEdge"
+    if isinstance(node, Unary | Binary) and node.operator.startswith("."):
+        return True
     name = getattr(node, "identifier", getattr(node, "function", ""))
-    return isinstance(node, Array | Components) or name in ("boolArray", "floatArray", "stringArray")
+    return isinstance(node, Array | Components) or name in _GIVE_ARRAYS
 
 
 def binary(operator: str, left: Value, right: Value, workspace: Workspace, location: Location) -> Value:

@@ -9,16 +9,17 @@ from grammarlab.derivation.array_expressions import makes_arrays
 from grammarlab.derivation.calls.texture_transfer import PIVOT_POSITION
 from grammarlab.derivation.expressions import VOCABULARY, CompiledFunction, ExpressionCompiler, Names, number_grammar
 from grammarlab.derivation.forest import RuleName, Site, SiteKind
-from grammarlab.derivation.functions.shape_attributes import ASK_FOR_PIVOT, STATE_DEFAULTS
+from grammarlab.derivation.functions import CONTEXT_QUERIES
+from grammarlab.derivation.functions.shape_attributes import ASK_FOR_PIVOT, KEY_ATTRIBUTES, STATE_DEFAULTS
 from grammarlab.derivation.functions.shape_textures import BUILTINS as TEXTURE_FUNCTIONS
 from grammarlab.derivation.functions.street_sides import STREET_ALIASES
 from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors
 from grammarlab.derivation.operations import OPERATIONS
 from grammarlab.derivation.operations.texturing import OPERATIONS as TEXTURING
-from grammarlab.derivation.program import CompiledRule, Program
+from grammarlab.derivation.program import CompiledRule, Program, with_variables
 from grammarlab.derivation.state.texture_maps import NUM_SETS
 from grammarlab.derivation.state.width_attribute import STREET_WIDTH, StreetWidth
-from grammarlab.derivation.state.workspace import CompiledAttribute
+from grammarlab.derivation.state.workspace import Code, CompiledAttribute
 from grammarlab.errors import DerivationError, check_type
 from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import EXAMPLE, Grammar
@@ -39,6 +40,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Scatter,
     Stochastic,
     String,
+    Variable,
     alternatives,
     walk,
 )
@@ -119,8 +121,7 @@ class _Compilation:
     def program(self) -> Program:
         grammar = self._grammar
         for key, function in grammar.functions.items():
-            code = ExpressionCompiler(self._names, function.parameters).choice(function.value)
-            self._names.functions[key].code = code
+            self._names.functions[key].code = self._value(function.value, function.parameters, function.variables)
         start_rules = {name: number for (name, arity), number in self._rules.items() if arity == 0}
         calls = {
             number: sorted(self._rules[callee] for callee in self._invoked[key] & self._rules.keys())
@@ -141,20 +142,40 @@ class _Compilation:
             most_successors=max((len(branch.successors) for branch in self._numbering.branches), default=0),
             uv_sets=mentioned_uv_sets(self._nodes),
             selects_streets=any(_selects_streets(node) for node in self._nodes),
+            # Last: the functions that are called are known when everything is compiled.
+            queries_context=not self._names.called.isdisjoint(CONTEXT_QUERIES),
         )
 
     def _attribute(self, attribute: Attribute) -> CompiledAttribute:
-        code = ExpressionCompiler(self._names).choice(attribute.value)
         return CompiledAttribute(
             attribute.name,
-            code,
-            draws=self._draws_itself(attribute.value),
+            self._value(attribute.value, (), attribute.variables),
+            draws=self._draws_itself(attribute.value, *attribute.variables),
             street_width=_street_width(attribute),
             location=attribute.location,
         )
 
+    def _value(self, choice: Choice, parameters: tuple[str, ...], variables: Sequence[Variable]) -> Code:
+        """Code of the value of a definition, with its local variables evaluated first, in order."""
+        codes, names = self._variables(parameters, variables)
+        code = ExpressionCompiler(self._names, names).choice(choice)
+        return (
+            code if not codes else lambda shapes, workspace: code(with_variables(shapes, codes, workspace), workspace)
+        )
+
+    def _variables(
+        self, parameters: tuple[str, ...], variables: Sequence[Variable]
+    ) -> tuple[tuple[Code, ...], tuple[str, ...]]:
+        """Code of each local variable of a definition, and the names of its parameters and variables."""
+        names, codes = parameters, []
+        for variable in variables:
+            codes.append(ExpressionCompiler(self._names, names).expression(variable.value))
+            names = (*names, variable.name)
+        return tuple(codes), names
+
     def _rule(self, rule: Rule) -> CompiledRule:
-        expressions = ExpressionCompiler(self._names, rule.parameters)
+        variables, names = self._variables(rule.parameters, rule.variables)
+        expressions = ExpressionCompiler(self._names, names)
 
         def leaf(choice: Choice, path: tuple[int, ...]) -> Operations:
             if not isinstance(choice, SyntaxSequence):
@@ -162,7 +183,8 @@ class _Compilation:
             number, branch = next(self._branches)
             return SequenceCompiler(expressions, self._successors, branch).sequence(choice, rule=number)
 
-        return CompiledRule(self._successors.symbols[rule.name], expressions.branching(rule.body, leaf))
+        body = expressions.branching(rule.body, leaf)
+        return CompiledRule(self._successors.symbols[rule.name], body, variables)
 
     def _default_start(self, start_rules: Mapping[str, int]) -> str:
         rules = (*self._grammar.start_rules, *self._grammar.rules.values())
@@ -178,8 +200,8 @@ class _Compilation:
         nodes = list(walk(node))
         return self._draw_themselves(nodes) or any(callee in self._drawing_rules for callee in _invoked(nodes))
 
-    def _draws_itself(self, node: Node) -> bool:
-        return self._draw_themselves(walk(node))
+    def _draws_itself(self, *nodes: Node) -> bool:
+        return self._draw_themselves(inner for node in nodes for inner in walk(node))
 
     def _draw_themselves(self, nodes: Iterable[Node]) -> bool:
         return any(
@@ -187,13 +209,16 @@ class _Compilation:
         )
 
     def _functions_that_draw(self) -> frozenset[SymbolKey]:
-        inside = {key: list(walk(function.value)) for key, function in self._grammar.functions.items()}
+        inside = {
+            key: [node for part in (function.value, *function.variables) for node in walk(part)]
+            for key, function in self._grammar.functions.items()
+        }
         calls = {key: {_called(node) for node in nodes} - {None} for key, nodes in inside.items()}
         drawing = {key for key, nodes in inside.items() if any(map(_is_random, nodes))}
         return _spread(drawing, calls)
 
     def _rules_that_draw(self) -> frozenset[SymbolKey]:
-        drawing = {key for key, rule in self._grammar.rules.items() if self._draws_itself(rule.body)}
+        drawing = {key for key, rule in self._grammar.rules.items() if self._draws_itself(rule.body, *rule.variables)}
         return _spread(drawing, self._invoked)
 
     def _state_names(self) -> frozenset[str]:
@@ -278,7 +303,8 @@ def _selects_streets(node: Node) -> bool:
 
 
 def _is_random(node: Node) -> bool:
-    return isinstance(node, Stochastic) or function_name(node) in VOCABULARY.draws
+    """Whether a node needs the random key of its shape."""
+    return isinstance(node, Stochastic) or function_name(node) in VOCABULARY.draws | KEY_ATTRIBUTES
 
 
 def _called(node: Node) -> SymbolKey | None:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TypedDict, Unpack, overload
+from typing import TypedDict, Unpack, cast, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +27,13 @@ from grammarlab.derivation.functions.shape_attributes import STATE_DEFAULTS
 from grammarlab.derivation.lots import Footprint, Footprints, Lots, StreetWidths, brought_near
 from grammarlab.derivation.materials import MaterialTable
 from grammarlab.derivation.model_values import attributes_of_models
-from grammarlab.derivation.program import CompiledRule, Program
+from grammarlab.derivation.program import CompiledRule, Program, with_variables
 from grammarlab.derivation.state.corner_maps import finished
+from grammarlab.derivation.state.lineage import Lineage
 from grammarlab.derivation.state.mesh_table import MeshTable, normalized
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import FOOTPRINT, Ids, Shapes, concatenate
+from grammarlab.derivation.state.surroundings import Collector, Surroundings, visible
 from grammarlab.derivation.state.workspace import Budget, Workspace
 from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import BudgetError, UsageError
@@ -70,6 +73,7 @@ def derive(
     *,
     assets: str | Path | AssetFolder | None = None,
     budget: Budget | None = None,
+    together: bool = False,
 ) -> Forest: ...
 @overload
 def derive(
@@ -79,6 +83,7 @@ def derive(
     *,
     assets: str | Path | AssetFolder | None = None,
     budget: Budget | None = None,
+    together: bool = False,
     **options: Unpack[LotOptions],
 ) -> Forest: ...
 def derive(
@@ -88,6 +93,7 @@ def derive(
     *,
     assets: str | Path | AssetFolder | None = None,
     budget: Budget | None = None,
+    together: bool = False,
     **options: Unpack[LotOptions],
 ) -> Forest:
     """Sample models from a grammar.
@@ -103,6 +109,9 @@ def derive(
         assets: folder of the meshes and images that the grammar uses, by default that of the grammar if it was loaded
             from a file; an `AssetFolder` caches its files.
         budget: bounds on the size of one model.
+        together: whether the models stand beside each other in one world: spatial queries between models, such as
+            ``overlaps(inter)``, then see the shapes of the others, and a model depends on its neighbours. Otherwise
+            they see none.
         options: with a number of models, first_model, attributes, start_rule, footprint and street_width as for
             `Lots.of`.
 
@@ -121,11 +130,12 @@ def derive(
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
     starts = _starts(program, lots)
     _check_attributes(program, lots)
-    workspace = _prepare(program, lots, starts, budget or Budget(), _folder(assets, grammar))
-    if len(lots):
-        with np.errstate(all="ignore"):
-            _evaluate_attributes(workspace)
-            _run(program, workspace, starts[lots.start_rule])
+    prepare = partial(_prepare, program, lots, starts, budget or Budget(), _folder(assets, grammar))
+    surroundings = None
+    if program.queries_context and len(lots):
+        first = _carried_out(program, prepare(Collector()), starts)
+        surroundings = _surroundings(first, together)
+    workspace = _carried_out(program, prepare(None, surroundings), starts)
     recorder = workspace.recorder
     leaves = finished(recorder.leaves(workspace.meshes, workspace.frames), workspace)
     rotations, frame = workspace.frames.used(leaves.frame)
@@ -146,6 +156,7 @@ def derive(
         prints=tuple(recorder.prints),
         missing_assets=recorder.missing_assets(),
         attributes=attributes_of_models(workspace),
+        warnings=recorder.warnings(),
     )
 
 
@@ -257,13 +268,37 @@ def _check_attributes(program: Program, lots: Lots) -> None:
         raise UsageError(f"unknown attribute {unknown[0]}; expected one of {valid_names}")
 
 
+def _carried_out(program: Program, workspace: Workspace, starts: NDArray[np.int32]) -> Workspace:
+    """A prepared workspace after the derivation of all its models."""
+    if len(workspace.lots):
+        with np.errstate(all="ignore"):
+            _evaluate_attributes(workspace)
+            _run(program, workspace, starts[workspace.lots.start_rule])
+    return workspace
+
+
+def _surroundings(first: Workspace, together: bool) -> Surroundings:
+    """Shapes that the queries of a second derivation see, from the finished first one."""
+    collector = cast("Collector", first.collector)
+    for shapes in first.recorder.finished():
+        collector.add(visible(shapes))
+    return Surroundings.of(collector, first.roots, first.origins, first.meshes, first.frames, together)
+
+
 def _prepare(
-    program: Program, lots: Lots, starts: NDArray[np.int32], budget: Budget, assets: AssetFolder | None
+    program: Program,
+    lots: Lots,
+    starts: NDArray[np.int32],
+    budget: Budget,
+    assets: AssetFolder | None,
+    collector: Collector | None,
+    surroundings: Surroundings | None = None,
 ) -> Workspace:
     """Workspace with the initial shapes."""
     frames, meshes = FrameTable(), MeshTable()
     roots = initial_shapes(lots, frames, meshes)
     symbols = [program.rules[start].symbol for start in starts.tolist()]
+    lineage = collector.lineage if collector else Lineage(surroundings.tree) if surroundings else None
     workspace = Workspace(
         attributes=program.attributes,
         state_names=program.state_names,
@@ -278,8 +313,10 @@ def _prepare(
         meshes=meshes,
         materials=MaterialTable(),
         budget=budget,
-        recorder=Recorder(program.id_type),
+        recorder=Recorder(program.id_type, lineage),
         assets=assets,
+        collector=collector,
+        surroundings=surroundings,
     )
     if program.selects_streets:
         workspace.streets = streets_of_lots(lots, workspace)
@@ -427,7 +464,7 @@ def _too_deep(program: Program, workspace: Workspace, group: tuple[int, ...]) ->
 
 def _rewrite(rule: CompiledRule, shapes: Shapes, workspace: Workspace) -> None:
     """Apply one rule to all its pending shapes."""
-    for operations, _, chosen in route(rule.body, shapes, workspace):
+    for operations, _, chosen in route(rule.body, with_variables(shapes, rule.variables, workspace), workspace):
         workspace.recorder.set_rule(chosen.node, operations.rule)
         operations.run(chosen, workspace)
 

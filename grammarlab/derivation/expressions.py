@@ -81,6 +81,8 @@ class Names:
     """Index of each random node among the sites of the forest, by `Numbered.number`."""
     has_arrays: bool = False
     """Whether any value may be an array."""
+    called: set[str] = field(default_factory=set[str])
+    """Built-in functions that compiled expressions call."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +159,8 @@ class ExpressionCompiler:
                 return _refusal("' and ~ are allowed only in sizes, not inside an expression", node.location)
             case Array() | Span() | Index() | Components():
                 return array_expressions.compiled(self, node)
-        return _refusal("operators with a dot, element by element, are not supported", node.location)
+            case Unary() | Binary():
+                return array_expressions.cell_by_cell(self, node)
 
     def _single(self, operator: str, operand: Expression) -> Code:
         """Code for an operand of an operator that does not accept arrays."""
@@ -215,6 +218,7 @@ class ExpressionCompiler:
 
     def _call_builtin(self, builtin: Builtin, name: str, node: Call | Name, arguments: Sequence[Code]) -> Code:
         location, evaluate = node.location, builtin.evaluate
+        self.names.called.add(name)
         address = node.number
         site = self.names.sites.get(node.number, -1)
         refuses = self.names.has_arrays and not builtin.takes_arrays

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats
 from grammarlab.derivation.lots import Lots, Values
 from grammarlab.derivation.materials import Materials
-from grammarlab.errors import Location
+from grammarlab.errors import Finding, Location
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.numbering import Numbering
 
@@ -173,6 +173,8 @@ class Forest:
     attributes: Mapping[str, Values] = field(default_factory=dict, compare=False)
     """[num_models] values by name of attributes and constants that are numbers, truth values or texts, before rules set
     others; not stored with a forest."""
+    warnings: tuple[Finding, ...] = ()
+    """What the derivation passed over, by place: each place in the rules once; not stored with a forest."""
 
     @property
     def num_models(self) -> int:
@@ -209,6 +211,11 @@ def by_path(missing: Iterable[MissingAsset]) -> tuple[MissingAsset, ...]:
     """Each missing asset once, at its first place, by path."""
     first = {asset.path: asset for asset in sorted(missing, reverse=True)}
     return tuple(first[path] for path in sorted(first))
+
+
+def by_place(warnings: Iterable[Finding]) -> tuple[Finding, ...]:
+    """Each warning once, in the order of places."""
+    return tuple(sorted(dict.fromkeys(warnings), key=lambda finding: (finding.location, finding.message)))
 
 
 def origin_of(forest: Forest, numbering: Numbering, node: int) -> RuleOrigin:

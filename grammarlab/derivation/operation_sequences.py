@@ -13,6 +13,7 @@ from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCal
 from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.state.shapes import Shapes, child_keys, part_keys
+from grammarlab.derivation.state.surroundings import visible
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language.numbering import RuleBranch
@@ -125,18 +126,25 @@ class SequenceCompiler:
     def _operation(self, operation: Operation, item: Invoke) -> Step:
         arguments = all_values(self._arguments(item.name, item.arguments, operation, item.location))
         name, location, apply = item.name, item.location, operation.apply
+        is_occluder = name == "offset"
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            if is_occluder and workspace.collector is not None:
+                workspace.collector.add(visible(shapes))
             return apply(BoundCall(name, shapes, arguments(shapes, workspace), origin, workspace, location))
 
         return step
 
     def _block(self, operation: BlockOperation, item: Block) -> Step:
         number = next(self._blocks)
-        arguments = all_values(self._arguments(item.name, item.arguments, operation, item.location))
-        parts = list(_flattened(item.group, item.group.repeated))
-        heads = all_values([head(self._expressions, part, group, operation.selectors, number) for part, group in parts])
-        return self._parted(item, item.name, number, operation, arguments, heads, [part.body for part, _ in parts])
+        values = _per_edge(item) if item.name == "setbackPerEdge" else item.arguments
+        arguments = all_values(self._arguments(item.name, values, operation, item.location))
+        selectors = operation.selectors if item.remainder is None else frozenset[str]()
+        parts = [(part, group, selectors) for part, group in _flattened(item.group, item.group.repeated)]
+        if item.remainder is not None:
+            parts += [(part, group, operation.selectors) for part, group in _flattened(item.remainder, False)]
+        heads = all_values([head(self._expressions, part, group, words, number) for part, group, words in parts])
+        return self._parted(item, item.name, number, operation, arguments, heads, [part.body for part, *_ in parts])
 
     def _scatter(self, operation: BlockOperation, item: Scatter) -> Step:
         """Code for ``scatter``, which has two blocks: the keys of the points, and the keys of their positions."""
@@ -159,8 +167,11 @@ class SequenceCompiler:
         draws = tuple(self._successors.draws(choice) for choice in choices)
         bodies = tuple(self.body(choice, in_block=True) for choice in choices)
         location, divide = item.location, operation.divide
+        is_occluder = name == "comp"
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            if is_occluder and workspace.collector is not None:
+                workspace.collector.add(visible(shapes))
             call = BoundCall(name, shapes, arguments(shapes, workspace), origin, workspace, location)
             parts = divide(call, heads(shapes, workspace))
             for part, body, random in zip(parts, bodies, draws, strict=True):
@@ -214,6 +225,16 @@ class SequenceCompiler:
         if isinstance(node, Name):
             return Constant(Argument(node.identifier, keyword=True))
         return argument(self._expressions, node, frozenset())
+
+
+def _per_edge(item: Block) -> tuple[Expression, ...]:
+    """Arguments of ``setbackPerEdge``: those of a ``setback`` by ``comp(fe) { all : distance }``."""
+    first = item.arguments[0]
+    if isinstance(first, syntax.Relative):
+        first = first.operand
+    edges = (Name("fe", location=first.location),)
+    part = Part(Name("all", location=first.location), first, location=first.location)
+    return (syntax.Components(edges, (part,), location=first.location), *item.arguments[1:])
 
 
 def _bracket(body: Branching[Operations]) -> Step:

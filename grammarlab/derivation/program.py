@@ -5,7 +5,7 @@ Rules, attributes and functions are compiled, symbols and sites numbered, rules 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,8 @@ import numpy as np
 from grammarlab.derivation.calls.branches import Branching
 from grammarlab.derivation.forest import RuleName, Site
 from grammarlab.derivation.operation_sequences import Operations
-from grammarlab.derivation.state.workspace import CompiledAttribute
+from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.derivation.state.workspace import Code, CompiledAttribute, Workspace
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +23,15 @@ class CompiledRule:
 
     symbol: int
     body: Branching[Operations]
+    variables: tuple[Code, ...] = ()
+    """Local variables, evaluated in order before the body; their values follow the parameters in `Shapes.locals`."""
+
+
+def with_variables(shapes: Shapes, variables: Sequence[Code], workspace: Workspace) -> Shapes:
+    """Shapes whose local variables are evaluated, each with those before it."""
+    for code in variables:
+        shapes = shapes._replace(locals=(*shapes.locals, code(shapes, workspace)))
+    return shapes
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +57,8 @@ class Program:
 
     selects_streets: bool
     """Whether rules use selectors such as ``street.front``, for which shapes remember the edges of their lots."""
+    queries_context: bool
+    """Whether rules use spatial queries, for which models are derived twice."""
 
     @property
     def id_type(self) -> np.dtype[np.int16 | np.int32]:

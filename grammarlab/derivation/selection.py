@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags
-from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, by_path
+from grammarlab.derivation.forest import Draws, Forest, Leaves, Nodes, Reports, by_path, by_place
 from grammarlab.derivation.lots import Lots, Values
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
@@ -100,6 +100,7 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
         prints=tuple(text for forest in forests for text in forest.prints),
         missing_assets=by_path(asset for forest in forests for asset in forest.missing_assets),
         attributes=_joined_attributes([forest.attributes for forest in forests if forest.num_models]),
+        warnings=by_place(finding for forest in forests for finding in forest.warnings),
     )
 
 

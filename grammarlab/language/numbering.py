@@ -202,6 +202,8 @@ class _Reader:
             for part, repeated in _parts(item.group, item.group.repeated):
                 single = item.name == "split" and not repeated
                 self._choice(part.body, copies if single else None, False)
+            for part, _ in _parts(item.remainder, False) if item.remainder else ():
+                self._choice(part.body, None, False)
         elif isinstance(item, Scatter):
             self.blocks += [item.location, item.location]
             self._choice(item.body, None, False)

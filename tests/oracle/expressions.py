@@ -24,6 +24,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Stochastic,
     String,
     Unary,
+    Variable,
 )
 from grammarlab.language.syntax.syntax_tree import Sequence as Operations
 from grammarlab.randomness import fold, uniforms
@@ -44,6 +45,14 @@ class Scope:
     model: Model
     shape: Shape
     parameters: dict[str, Value] = field(default_factory=dict)
+
+
+def with_variables(scope: Scope, variables: Sequence[Variable]) -> Scope:
+    """The scope with the local variables of a definition, each of which may use those before it."""
+    for variable in variables:
+        value = evaluate(variable.value, scope)
+        scope = replace(scope, parameters={**scope.parameters, variable.name: value})
+    return scope
 
 
 def evaluate(node: Choice, scope: Scope) -> Value:
@@ -150,7 +159,7 @@ def _apply_function(node: Call | Name, name: str, arguments: Sequence[Value], sc
     function = scope.model.functions[name, len(arguments)]
     key = fold(scope.shape.key, 3 * scope.model.addresses[id(node)] + SITE_LANE)
     inside = Scope(scope.model, replace(scope.shape, key=key), dict(zip(function.parameters, arguments, strict=True)))
-    return evaluate(function.value, inside)
+    return evaluate(function.value, with_variables(inside, function.variables))
 
 
 def _random(node: Call, arguments: Sequence[Value], scope: Scope) -> Value:

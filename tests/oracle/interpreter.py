@@ -17,7 +17,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.syntax_tree import Block, Choice, Invoke, Node, Rule, Scoped, Sequence, alternatives
 from grammarlab.randomness import fold, root_keys
 from tests.oracle.blocks import BLOCKS, Piece, flat_parts
-from tests.oracle.expressions import Scope, choose, evaluate
+from tests.oracle.expressions import Scope, choose, evaluate, with_variables
 from tests.oracle.heavy import HEAVY as OPERATIONS
 from tests.oracle.numbers import number_sites
 from tests.oracle.operations import KEYWORDS, Argument, Call, argument
@@ -91,8 +91,9 @@ class Model:
         if name in self.overrides:
             return self.overrides[name]
         if name not in self._attribute_values:
-            scope = Scope(self, self.root)
-            self._attribute_values[name] = evaluate(self.attribute_definitions[name].value, scope)
+            definition = self.attribute_definitions[name]
+            scope = with_variables(Scope(self, self.root), definition.variables)
+            self._attribute_values[name] = evaluate(definition.value, scope)
         return self._attribute_values[name]
 
     def record_draw(self, shape: Shape, place: Node, value: float, log_density: float) -> None:
@@ -149,6 +150,7 @@ def interpret(
 
 def rewrite(model: Model, shape: Shape, rule: Rule, parameters: dict[str, Value]) -> None:
     """Carry out the rule of one shape."""
+    parameters = with_variables(Scope(model, shape, parameters), rule.variables).parameters
     sequence, branch = choose(rule.body, Scope(model, shape, parameters))
     if sequence is None:
         return

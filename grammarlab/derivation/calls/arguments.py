@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Generic, TypeAlias, TypeVar
 
+import numpy as np
+
 from grammarlab.derivation.calls.calls import Argument, Compiler, Condition, Head
 from grammarlab.derivation.state.shapes import Shapes, Value, kind_of
 from grammarlab.derivation.state.workspace import Code, Workspace
@@ -58,7 +60,16 @@ def argument(expressions: Compiler, node: Expression, keywords: frozenset[str]) 
     if isinstance(inner, Number | Boolean | String):
         return Constant(Argument(inner.value, False, relative, floating))
     code: Code = expressions.expression(inner)
-    return lambda shapes, workspace: Argument(code(shapes, workspace), False, relative, floating)
+    if not keywords:
+        return lambda shapes, workspace: Argument(code(shapes, workspace), False, relative, floating)
+
+    def evaluate(shapes: Shapes, workspace: Workspace) -> Argument:
+        value = code(shapes, workspace)
+        if isinstance(value, np.ndarray) and value.dtype.kind == "i" and len(value) and (value == value[0]).all():
+            value = workspace.strings[int(value[0])]
+        return Argument(value, isinstance(value, str) and value in keywords, relative, floating)
+
+    return evaluate
 
 
 def head(expressions: Compiler, part: Part, group: int, words: frozenset[str], block: int) -> Late[Head]:
@@ -95,6 +106,11 @@ def head(expressions: Compiler, part: Part, group: int, words: frozenset[str], b
         condition=None,
         text=expression(node) if words else "",
     )
+    if part.depth is not None:
+        depth = argument(expressions, part.depth, frozenset())
+        return lambda shapes, workspace: constant_head._replace(
+            argument=value(shapes, workspace), depth=depth(shapes, workspace)
+        )
     if isinstance(value, Constant):
         return Constant(constant_head._replace(argument=value.value))
     return lambda shapes, workspace: constant_head._replace(argument=value(shapes, workspace))

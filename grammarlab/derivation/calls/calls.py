@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
-from grammarlab.derivation.state.shapes import ARRAY, Shapes, Value, kind_of, number_column, part_keys
+from grammarlab.derivation.state.shapes import ARRAY, Shapes, Value, kind_of, number_column, part_keys, take_value
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language.syntax.syntax_tree import Choice, Expression
@@ -58,6 +58,8 @@ class Head(NamedTuple):
     """Text of the head, for blocks with selectors."""
     block: int = -1
     """Block of parts at random positions: the number of the block whose keys give the positions."""
+    depth: Argument | None = None
+    """Depth of a section of a perimeter: ``length : depth : …``."""
 
 
 class BoundCall(NamedTuple):
@@ -81,11 +83,16 @@ class BoundCall(NamedTuple):
         """The arguments that are not keywords, in order."""
         return tuple([argument for argument in self.arguments if not argument.keyword])
 
+    def rows(self, rows: NDArray[np.integer]) -> BoundCall:
+        """The same operation on some of the shapes."""
+        arguments = tuple([argument._replace(value=take_value(argument.value, rows)) for argument in self.arguments])
+        return self._replace(shapes=self.shapes.take(rows), origin=self.origin.take(rows), arguments=arguments)
+
     def number(self, argument: Argument) -> float | Floats:
-        """A number, the same for all or [N].
+        """A number, the same for all or [N]; 0 and a warning for NaN and infinity.
 
         Raises:
-            DerivationError: If it is not a number, or NaN or infinite for some shape.
+            DerivationError: If it is not a number.
         """
         value = argument.value
         if type(value) is float and math.isfinite(value):
@@ -94,12 +101,13 @@ class BoundCall(NamedTuple):
             raise self.error(f"{self.name} expected a number, found a {kind_of(value)}")
         if isinstance(value, np.ndarray):
             column = value.astype(np.float64, copy=False)
-            if not np.isfinite(column).all():
-                raise self.error(f"{self.name} expected a finite number, found {column[~np.isfinite(column)][0]}")
-            return column
-        if not np.isfinite(value):
-            raise self.error(f"{self.name} expected a finite number, found {value}")
-        return float(value)
+            is_finite = np.isfinite(column)
+            return column if is_finite.all() else self._finite(column, is_finite)
+        return float(value) if np.isfinite(value) else float(self._finite(np.array([value]), np.array([False]))[0])
+
+    def _finite(self, column: Floats, is_finite: NDArray[np.bool_]) -> Floats:
+        self.warn(f"{self.name} expected a finite number, found {column[~is_finite][0]}; 0 is used")
+        return np.where(is_finite, column, 0.0)
 
     def length(self, argument: Argument, axis: int) -> float | Floats:
         """A length in metres along a scope axis, ``'x`` resolved; the same for all or [N]."""
@@ -120,6 +128,10 @@ class BoundCall(NamedTuple):
         if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
             return value  # type: ignore[return-value]
         raise self.error(f"{self.name} expected a string, found a {kind_of(value)}")
+
+    def warn(self, message: str, hint: str = "") -> None:
+        """Record a warning at the place of the operation; shapes go on."""
+        self.workspace.recorder.add_warning(message, self.location, hint)
 
     def error(self, message: str, hint: str = "") -> DerivationError:
         """An error at the place of the operation."""

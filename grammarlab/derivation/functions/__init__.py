@@ -1,10 +1,13 @@
 """Built-in functions and shape attributes, one family per file."""
 
 from grammarlab.derivation.functions import (
+    array_editing,
     array_functions,
     asset_fitting,
     asset_functions,
     color_functions,
+    context_queries,
+    file_texts,
     number_functions,
     shape_attributes,
     shape_measures,
@@ -16,14 +19,20 @@ BUILTINS = {
     **number_functions.BUILTINS,
     **text_functions.BUILTINS,
     **array_functions.BUILTINS,
+    **array_editing.BUILTINS,
+    **file_texts.BUILTINS,
     **color_functions.BUILTINS,
     **shape_attributes.BUILTINS,
     **asset_functions.BUILTINS,
     **asset_fitting.BUILTINS,
     **shape_measures.BUILTINS,
     **shape_textures.BUILTINS,
+    **context_queries.BUILTINS,
 }
 """Every built-in function by name."""
+
+CONTEXT_QUERIES = frozenset(context_queries.BUILTINS)
+"""Functions for which a grammar is derived twice."""
 
 SHAPE_ATTRIBUTES = shape_attributes.SHAPE_ATTRIBUTES
 """Every shape attribute by name."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import floor, isfinite
 
-import numpy as np
-
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.calls.table_columns import for_each
+from grammarlab.derivation.functions.array_editing import as_table
 from grammarlab.derivation.state.array_table import DEFAULTS, MAX_CELLS, Cell, Table, table_of
 from grammarlab.derivation.state.shapes import ARRAY, Value, kind_of
 from grammarlab.errors import BudgetError, DerivationError, Location
@@ -20,7 +19,7 @@ def written(rows: Sequence[Sequence[Cell | Table]], location: Location) -> Table
     Raises:
         DerivationError: If cells have different types, or rows different lengths.
     """
-    blocks = [_side_by_side([_table(cell) for cell in row], location) for row in rows if row]
+    blocks = [_side_by_side([as_table(cell) for cell in row], location) for row in rows if row]
     blocks = [block for block in blocks if block.cells] or blocks[:1]
     if not blocks:
         return Table("float", 1, 0, ())
@@ -29,13 +28,6 @@ def written(rows: Sequence[Sequence[Cell | Table]], location: Location) -> Table
         raise DerivationError("expected rows of one type and length in an array", location)
     cells = [cell for block in blocks for cell in block.cells]
     return table_of(first.kind, sum(block.rows for block in blocks), first.columns, cells, location)
-
-
-def _table(cell: Cell | Table) -> Table:
-    if isinstance(cell, Table):
-        return cell
-    kind = "bool" if isinstance(cell, bool) else "string" if isinstance(cell, str) else "float"
-    return Table(kind, 1, 1, (cell,))
 
 
 def _side_by_side(tables: Sequence[Table], location: Location) -> Table:
@@ -124,18 +116,8 @@ def _measure(apply: Callable[[Table], float]) -> Builtin:
     return Builtin(evaluate, (1, 1), takes_arrays=True)
 
 
-def _empty(kind: str) -> Builtin:
-    def evaluate(call: FunctionCall) -> Value:
-        return np.broadcast_to(call.workspace.tables.ids([Table(kind, 1, 0, ())]), call.shapes.num).copy()
-
-    return Builtin(evaluate, (0, 0))
-
-
 BUILTINS: dict[str, Builtin] = {
-    "boolArray": _empty("bool"),
-    "floatArray": _empty("float"),
     "nColumns": _measure(lambda table: float(table.columns)),
     "nRows": _measure(lambda table: float(table.rows if table.cells else 0)),
     "size": _measure(lambda table: float(len(table.cells))),
-    "stringArray": _empty("string"),
 }

@@ -8,16 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.table_columns import for_each
+from grammarlab.derivation.functions.array_editing import as_table
 from grammarlab.derivation.functions.asset_functions import matching_files, root_of
-from grammarlab.derivation.functions.text_functions import items, text_function
+from grammarlab.derivation.functions.text_functions import items, joined, text_function
+from grammarlab.derivation.state.array_table import Cell, Table, is_table
 from grammarlab.derivation.state.shapes import NUM_LANES, SITE_LANE, Value, kind_of
-from grammarlab.errors import DerivationError
+from grammarlab.errors import DerivationError, Location
 from grammarlab.randomness import uniforms
 
 
@@ -70,7 +74,8 @@ def _file_random(call: FunctionCall) -> Value:
     """``fileRandom("folder/*.jpg")``: one of the matching asset files, all equally likely; empty if there is none."""
     pattern = call.arguments[0]
     if not isinstance(pattern, str):
-        raise DerivationError("fileRandom expects one string for all shapes", call.location)
+        match_names = partial(matching_files, root_of(call))
+        return one_of(call, text_function(lambda text: joined(match_names(text))).evaluate(call))
     files = matching_files(root_of(call), pattern)
     if not files:
         return ""
@@ -117,6 +122,32 @@ def elementwise(apply: Callable[..., NDArray], least: int, most: int | None = No
     return Builtin(evaluate, (least, least if most is None else most))
 
 
+def _cellwise(apply: Callable[..., NDArray]) -> Builtin:
+    """A function of one number, or of each cell of an array of numbers."""
+    single = elementwise(apply, 1)
+
+    def of_cells(location: Location, value: Cell | Table) -> Table:
+        table = as_table(value)
+        if table.kind != "float":
+            raise DerivationError(f"expected numbers in an array, found cells of the type {table.kind}", location)
+        results = apply(np.array(table.cells, dtype=np.float64))
+        kind = "bool" if results.dtype.kind == "b" else "float"
+        return table._replace(kind=kind, cells=tuple(results.tolist()))
+
+    def evaluate(call: FunctionCall) -> Value:
+        if not is_table(call.arguments[0]):
+            return single.evaluate(call)
+        return for_each(
+            call.arguments,
+            call.shapes.num,
+            call.workspace,
+            lambda value: of_cells(call.location, value),
+            call.location,
+        )
+
+    return Builtin(evaluate, (1, 1), takes_arrays=True)
+
+
 def _numbers(call: FunctionCall, argument: Value) -> Floats:
     _refuse_texts(call, argument)
     if isinstance(argument, np.ndarray):
@@ -140,19 +171,19 @@ def _clamp(x: Floats, low: Floats, high: Floats) -> Floats:
 
 
 BUILTINS: dict[str, Builtin] = {
-    "abs": elementwise(np.abs, 1),
+    "abs": _cellwise(np.abs),
     "acos": elementwise(lambda x: np.degrees(np.arccos(x)), 1),
     "asin": elementwise(lambda x: np.degrees(np.arcsin(x)), 1),
     "atan": elementwise(lambda x: np.degrees(np.arctan(x)), 1),
     "atan2": elementwise(lambda y, x: np.degrees(np.arctan2(y, x)), 2),
-    "ceil": elementwise(np.ceil, 1),
+    "ceil": _cellwise(np.ceil),
     "clamp": _chosen(_clamp, lambda x, low, high: min(max(x, low), high), 3),
     "cos": elementwise(lambda x: np.cos(np.radians(x)), 1),
     "exp": elementwise(np.exp, 1),
     "fileRandom": Builtin(_file_random, (1, 1), random=True),
-    "floor": elementwise(np.floor, 1),
-    "isinf": elementwise(np.isinf, 1),
-    "isnan": elementwise(np.isnan, 1),
+    "floor": _cellwise(np.floor),
+    "isinf": _cellwise(np.isinf),
+    "isnan": _cellwise(np.isnan),
     "listRandom": Builtin(_list_random, (1, 1), random=True),
     "ln": elementwise(np.log, 1),
     "log10": elementwise(np.log10, 1),
@@ -161,7 +192,7 @@ BUILTINS: dict[str, Builtin] = {
     "p": Builtin(_bernoulli, (1, 1), random=True),
     "pow": elementwise(np.power, 2),
     "rand": Builtin(_rand, (0, 2), random=True),
-    "rint": elementwise(np.rint, 1),
+    "rint": _cellwise(np.rint),
     "sin": elementwise(lambda x: np.sin(np.radians(x)), 1),
     "sqrt": elementwise(np.sqrt, 1),
     "tan": elementwise(lambda x: np.tan(np.radians(x)), 1),

@@ -36,6 +36,10 @@ ASK_FOR_PIVOT = frozenset({*PIVOT_POSITION, *(f"{kind}{axis}" for kind in ("scop
 """Readable and settable shape attributes that depend on the pivot."""
 
 
+KEY_ATTRIBUTES = frozenset({"seedian", "uid"})
+"""Readable shape attributes that depend on the random key."""
+
+
 def turn_angles(reference: Ids, frames: Ids, workspace: Workspace) -> NDArray[np.float64]:
     """[N, 3] angles in degrees of frames [N] relative to other frames [N]."""
     table = workspace.frames
@@ -133,7 +137,14 @@ def _origin_turn(axis: int) -> Code:
     return evaluate
 
 
+def seedian(shapes: Shapes, workspace: Workspace) -> Value:
+    """``seedian``: a whole number below 2**31 from the random key of each shape."""
+    return (shapes.random_key() >> np.uint64(33)).astype(np.float64)
+
+
 SHAPE_ATTRIBUTES: dict[str, Code] = {
+    "seedian": seedian,
+    "uid": seedian,
     **{f"scope.s{_AXES[axis]}": _size(axis) for axis in range(3)},
     **{f"scope.t{_AXES[axis]}": _translation(axis) for axis in range(3)},
     **{f"scope.r{_AXES[axis]}": _rotation(axis) for axis in range(3)},

@@ -97,7 +97,7 @@ def _row(call: FunctionCall, row: list[float]) -> list[str | float | bool]:
     return arguments
 
 
-def _to_number(text: str) -> float:
+def to_number(text: str) -> float:
     """Number from a text; NaN if it is not a number."""
     if "_" in text or not text.isascii():  # Python reads 1_000 as 1000
         return float("nan")
@@ -110,14 +110,14 @@ def _to_number(text: str) -> float:
 def _convert_to_float(call: FunctionCall) -> Value:
     value = call.arguments[0]
     if kind_of(value) == "string":
-        return text_function(_to_number).evaluate(call)
+        return text_function(to_number).evaluate(call)
     return value.astype(np.float64) if isinstance(value, np.ndarray) else float(value)
 
 
 def _convert_to_bool(call: FunctionCall) -> Value:
     value = call.arguments[0]
     if kind_of(value) == "string":
-        return text_function(_is_true).evaluate(call)
+        return text_function(is_true).evaluate(call)
     return value != 0.0 if isinstance(value, np.ndarray) else bool(value)
 
 
@@ -128,8 +128,9 @@ def _is_null(call: FunctionCall) -> Value:
     return np.isnan(value) if isinstance(value, np.ndarray) else bool(np.isnan(value))
 
 
-def _is_true(text: str) -> bool:
-    return text.strip().lower() not in {"", "f", "false"} and _to_number(text) != 0.0
+def is_true(text: str) -> bool:
+    """Truth value of a text."""
+    return text.strip().lower() not in {"", "f", "false"} and to_number(text) != 0.0
 
 
 def _convert_to_text(call: FunctionCall) -> Value:
@@ -223,7 +224,6 @@ BUILTINS: dict[str, Builtin] = {
     "bool": Builtin(_convert_to_bool, (1, 1)),
     "count": text_function(lambda text, sought: float(text.count(sought)), (2, 2)),
     "find": text_function(_find, (2, 3)),
-    "findFirst": text_function(lambda text, sought: float(text.find(sought)), (2, 2)),
     "findLast": text_function(lambda text, sought: float(text.rfind(sought)), (2, 2)),
     "float": Builtin(_convert_to_float, (1, 1)),
     "getPrefix": text_function(_prefix, (2, 2)),

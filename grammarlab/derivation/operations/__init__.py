@@ -3,6 +3,7 @@
 from grammarlab.derivation.operations import (
     alignment,
     appearance,
+    area_splits,
     comp,
     extrusion,
     insertion,
@@ -10,6 +11,7 @@ from grammarlab.derivation.operations import (
     roofing,
     scattering,
     scope,
+    setbacks,
     split,
     texturing,
 )
@@ -27,7 +29,14 @@ OPERATIONS = {
 }
 """Operations without a block, by name."""
 
-BLOCKS = {**comp.BLOCKS, **outlines.BLOCKS, **scattering.BLOCKS, **split.BLOCKS}
+BLOCKS = {
+    **area_splits.BLOCKS,
+    **comp.BLOCKS,
+    **outlines.BLOCKS,
+    **scattering.BLOCKS,
+    **setbacks.BLOCKS,
+    **split.BLOCKS,
+}
 """Operations with a block, by name."""
 
 CHANGE_LOOKS = appearance.CHANGE_LOOKS

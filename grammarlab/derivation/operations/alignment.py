@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
-from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
+from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.texture_transfer import carried, with_pivot
 from grammarlab.derivation.frames import cube_indices, euler
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
-from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Shapes
+from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Shapes, as_column
 from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.meshes.mesh import Meshes
 
@@ -66,6 +66,25 @@ def repivoted(call: BoundCall, turn: Floats) -> Shapes:
     """Shapes from `reframed` with the pivot at the origin of the new scope."""
     shapes = reframed(call, turn)
     return with_pivot(shapes, shapes.position, shapes.frame, call.workspace)
+
+
+def where(call: BoundCall, chosen: NDArray[np.bool_], apply: OperationFunction) -> Shapes:
+    """Shapes of which only the chosen ones [N] are changed, by an operation on scopes and geometry."""
+    rows = np.flatnonzero(chosen)
+    if len(rows) == 0:
+        return call.shapes
+    changed = apply(call.rows(rows))
+    fields = ("position", "size", "frame", "pivot", "mesh")
+    merged = {name: getattr(call.shapes, name).copy() for name in fields}
+    for name, column in merged.items():
+        column[rows] = getattr(changed, name)
+    state = dict(call.shapes.state)
+    for name, value in changed.state.items():
+        if value is not call.shapes.state.get(name):
+            column = as_column(call.shapes.state[name], call.shapes.num, call.workspace.strings).copy()
+            column[rows] = value
+            state[name] = column
+    return call.shapes._replace(**merged, state=state)
 
 
 def rotate_scope(call: BoundCall) -> Shapes:
@@ -123,7 +142,7 @@ def align_to_geometry(call: BoundCall) -> Shapes:
         raise call.error("alignScopeToGeometry expects yUp or zUp, then a face, then an edge")
     meshes = local_meshes(call.shapes, call.workspace)
     if (np.diff(meshes.mesh_faces) == 0).any():
-        raise call.error("alignScopeToGeometry needs geometry; some shape has none")
+        return where(call, np.diff(meshes.mesh_faces) > 0, align_to_geometry)
     which_edge = call.arguments[2] if len(call.arguments) > 2 else Argument("auto", keyword=True)
     corner = _chosen_corner(call, meshes, call.arguments[1], which_edge)
     normal = face_normals(meshes)[meshes.face_of_corner()[corner]]
@@ -216,6 +235,36 @@ def _seen_from_other_ends(call: BoundCall, flips: NDArray[np.bool_]) -> Shapes:
     return call.shapes._replace(position=call.shapes.position + offset, size=np.where(flips, -size, size))
 
 
+def mirror_scope(call: BoundCall) -> Shapes:
+    """``mirrorScope(x, y, z)``: reverse axes of the scope, which then begin at its other end; the geometry stays.
+
+    A scope with one or three reversed axes is left-handed until a derivation ends (`MeshTable.right_handed`).
+    """
+    columns = [np.broadcast_to(np.asarray(_truths(call, argument)), call.shapes.num) for argument in call.arguments]
+    flips = np.stack(columns, axis=1)
+    different, kind = np.unique(flips, axis=0, return_inverse=True)
+    for number, reversed_axes in enumerate(different.tolist()):
+        if any(reversed_axes):
+            shapes = where(call, kind == number, lambda part, axes=reversed_axes: _reversed_scope(part, axes))
+            call = call._replace(shapes=shapes)
+    return call.shapes
+
+
+def _truths(call: BoundCall, argument: Argument) -> bool | NDArray[np.bool_]:
+    value = argument.value
+    if isinstance(value, bool) or (isinstance(value, np.ndarray) and value.dtype.kind == "b"):
+        return value  # type: ignore[return-value]
+    raise call.error(f"{call.name} expects true or false for each axis")
+
+
+def _reversed_scope(call: BoundCall, flips: Sequence[bool]) -> Shapes:
+    shapes, frames = call.shapes, call.workspace.frames
+    offset = frames.to_world(shapes.frame, np.where(flips, shapes.size, 0.0))
+    turned = _mirrored(call, flips)
+    frame = frames.rotated(shapes.frame, np.diag(np.where(flips, -1.0, 1.0)))
+    return turned._replace(position=shapes.position + offset, frame=frame)
+
+
 def _mirrored(call: BoundCall, flips: Sequence[bool]) -> Shapes:
     """Shapes with other geometry in the same scopes."""
     shapes = call.shapes
@@ -259,6 +308,7 @@ OPERATIONS: dict[str, Operation] = {
     "alignScopeToAxes": Operation(align_to_axes, _AXES_WORDS, (0, 1)),
     "alignScopeToGeometry": Operation(align_to_geometry, _GEOMETRY_WORDS, (2, 3)),
     "mirror": Operation(mirror, num_arguments=(3, 3)),
+    "mirrorScope": Operation(mirror_scope, num_arguments=(3, 3)),
     "reverseNormals": Operation(reverse_normals),
     "rotateScope": Operation(rotate_scope, num_arguments=(3, 3)),
     "setPivot": Operation(set_pivot, _PIVOT_WORDS, (2, 2)),

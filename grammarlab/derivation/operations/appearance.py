@@ -24,6 +24,7 @@ from grammarlab.derivation.materials import CHANNELS
 from grammarlab.derivation.operations.scope import s
 from grammarlab.derivation.state.shapes import ARRAY, Shapes, kind_of, number_column
 from grammarlab.language.syntax.keywords import KEYWORDS
+from grammarlab.randomness import fold
 
 _PLACEMENT = frozenset(
     f"{kind}{axis}" for kind in ("scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o") for axis in "xyz"
@@ -37,7 +38,9 @@ CHANGE_LOOKS = frozenset(_OF_LOOKS)
 """Operations that no later shape depends on."""
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
-_WITHOUT_EFFECT = ("trim.", "seedian")
+_SEEDIANS = np.uint64(0x5EED)
+"""Key below which the keys of shapes with a given seedian are folded."""
+_WITHOUT_EFFECT = ("trim.",)
 """Settable names that have no effect."""
 
 
@@ -67,6 +70,8 @@ def set_attribute(call: BoundCall) -> Shapes:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
     if name in _PLACEMENT:
         return _set_placement(call, name, argument)
+    if name == "seedian":
+        return _reseeded(call, argument)
     if name in call.shapes.state:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
     if name.startswith("material."):
@@ -79,6 +84,14 @@ def set_attribute(call: BoundCall) -> Shapes:
         f"set expects an attribute of this grammar or a material attribute, found {name}",
         "attributes are declared with attr; material attributes are " + ", ".join(CHANNELS),
     )
+
+
+def _reseeded(call: BoundCall, argument: Argument) -> Shapes:
+    """Shapes whose draws from here on depend on the number alone: equal numbers give equal draws in all models."""
+    if call.shapes.key is None:
+        return call.shapes
+    words = call.column(argument).view(np.uint64)
+    return call.shapes._replace(key=fold(np.full(call.shapes.num, _SEEDIANS), words))
 
 
 def report(call: BoundCall) -> Shapes:
@@ -105,8 +118,15 @@ def show(call: BoundCall) -> Shapes:
 
 
 def label(call: BoundCall) -> Shapes:
-    """``label(name)``: a name for occlusion queries, which are not supported."""
-    call.text(call.arguments[0])
+    """``label(name)``: spatial queries see the shape as it is here, under this name."""
+    text, collector = call.text(call.arguments[0]), call.workspace.collector
+    if collector is None:
+        return call.shapes
+    if isinstance(text, str):
+        collector.add(call.shapes, text)
+        return call.shapes
+    for code in np.unique(text).tolist():
+        collector.add(call.shapes.take(np.flatnonzero(text == code)), call.workspace.strings[code])
     return call.shapes
 
 
@@ -137,10 +157,11 @@ def _changed_by_text(call: BoundCall, argument: Argument, changes: Callable[[str
 
 
 def _color_of(text: str, call: BoundCall) -> tuple[float, ...]:
-    """Red, green, blue and optional opacity in 0..1."""
+    """Red, green, blue and optional opacity in 0..1; none, which changes nothing, and a warning for other texts."""
     channels = parse_color(text)
     if channels is None:
-        raise call.error(f'expected a colour like "#ff8800", found "{text}"')
+        call.warn(f'expected a colour like "#ff8800", found "{text}"; the colour does not change')
+        return ()
     return channels
 
 

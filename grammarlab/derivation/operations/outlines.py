@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts, take_rows
-from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, Operation, selected
+from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, BoundPart, Head, Operation, selected
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
 from grammarlab.derivation.functions.street_sides import (
     STREET_ALIASES,
@@ -44,7 +44,7 @@ _WINGS = {
     "shapeU": ("front", "right", "left"),
 }
 """Sides along which each operation makes wings, in the order of its arguments."""
-_EDGES = frozenset({*ORIENTATIONS, *STREET_ALIASES, "all", "remainder"})
+EDGES = frozenset({*ORIENTATIONS, *STREET_ALIASES, "all", "remainder"})
 
 
 def offset(call: BoundCall) -> Shapes:
@@ -66,22 +66,45 @@ def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     Selectors use the outward normals of the edges; a number is the index of an edge modulo the number of edges; a
     condition is evaluated on each edge.
     """
-    from grammarlab.geometry.outlines import setback as strips  # noqa: PLC0415
-    from grammarlab.geometry.outlines.setback import REMAINDER  # noqa: PLC0415
-
     meshes = local_meshes(call.shapes, call.workspace)
+    mesh = meshes.mesh_of_face()[meshes.face_of_corner()]
+    return strips_of(
+        call, heads, meshes, edge_groups(call, heads, meshes), edge_values(call, call.values[0], meshes, mesh)
+    )
+
+
+def edge_groups(call: BoundCall, heads: tuple[Head, ...], meshes: Meshes) -> Rows:
+    """[C] index of the part that selects the edge that leaves each corner; -1 for the edges that no part selects."""
+    from grammarlab.geometry.outlines import setback as strips  # noqa: PLC0415
+
     outward = strips.edge_normals(meshes)
     mesh = meshes.mesh_of_face()[meshes.face_of_corner()]
-    groups = np.full(len(meshes.corners), REMAINDER, dtype=np.int64)
+    groups = np.full(len(meshes.corners), strips.REMAINDER, dtype=np.int64)
     for index, head in enumerate(heads):
         if head.argument.value != "remainder":
             chosen = _edges(call, head, meshes, outward, mesh)
-            groups[chosen & (groups == REMAINDER)] = index
-    distances = _distances(call, meshes, mesh)
+            groups[chosen & (groups == strips.REMAINDER)] = index
+    return groups
+
+
+def strips_of(
+    call: BoundCall, heads: tuple[Head, ...], meshes: Meshes, groups: Rows, distances: NDArray[np.float64]
+) -> list[BoundPart]:
+    """The strips and the remainders of a setback as parts.
+
+    Args:
+        call: the operation, on shapes [N].
+        heads: selectors of edges, or ``remainder``.
+        meshes: [N] the geometry of the shapes.
+        groups: [C] from `edge_groups`.
+        distances: [C] metres.
+    """
+    from grammarlab.geometry.outlines import setback as strips  # noqa: PLC0415
+
     result = strips.setback(meshes, distances, groups)
-    part_groups = [REMAINDER if head.argument.value == "remainder" else index for index, head in enumerate(heads)]
-    moved = EdgeMoves(meshes, np.where(groups == REMAINDER, 0.0, distances))
-    return _parts(call, result, heads, part_groups, moved)
+    part_groups = [strips.REMAINDER if head.argument.value == "remainder" else i for i, head in enumerate(heads)]
+    moved = EdgeMoves(meshes, np.where(groups == strips.REMAINDER, 0.0, distances))
+    return parts_of(call, result, heads, part_groups, moved)
 
 
 def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
@@ -93,7 +116,7 @@ def inner_rectangle(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]
     meshes = local_meshes(call.shapes, call.workspace)
     result = rectangles.inner_rectangle(meshes, alignment)
     part_groups = [REMAINDER if head.argument.value == "remainder" else rectangles.RECTANGLE for head in heads]
-    return _parts(call, result, heads, part_groups, EdgeMoves(meshes, np.zeros(len(meshes.corners)), True))
+    return parts_of(call, result, heads, part_groups, EdgeMoves(meshes, np.zeros(len(meshes.corners)), True))
 
 
 def inner_rect(call: BoundCall) -> Shapes:
@@ -139,20 +162,33 @@ def _oriented_edges(
     )
 
 
-def _distances(call: BoundCall, meshes: Meshes, mesh: Rows) -> NDArray[np.float64]:
-    """[C] setback in metres of the edge that leaves each corner."""
-    value = call.values[0].value
+def edge_values(
+    call: BoundCall, argument: Argument, meshes: Meshes, mesh: Rows, default: float = 0.0
+) -> NDArray[np.float64]:
+    """[C] number for the edge that leaves each corner: one for all edges of a shape, or those of an array in order.
+
+    Args:
+        call: the operation, on shapes [N].
+        argument: a number, or an array with a number for each edge of each face.
+        meshes: [N] the geometry of the shapes.
+        mesh: [C] mesh of each corner.
+        default: number of edges beyond the end of an array, and of bridges to holes.
+
+    Raises:
+        DerivationError: If it is an array of something else.
+    """
+    value = argument.value
     if not is_table(value):
-        return call.column(call.values[0])[mesh]
+        return call.column(argument)[mesh]
     is_edge = edge_table(meshes).edge_of_corner >= 0
     before = np.cumsum(is_edge) - is_edge
     first = np.searchsorted(mesh, np.arange(len(meshes)))
     position = before - np.append(before, 0)[first][mesh]
-    table, distances = np.asarray(value)[mesh], np.zeros(len(mesh))
+    table, distances = np.asarray(value)[mesh], np.full(len(mesh), default)
     for number in np.unique(table).tolist():
         array = call.workspace.tables[number]
         if array.kind != "float":
-            raise call.error(f"setback expected distances, found an array of the type {array.kind}")
+            raise call.error(f"{call.name} expected numbers, found an array of the type {array.kind}")
         has_distance = is_edge & (table == number) & (position < len(array.cells))
         distances[has_distance] = np.array(array.cells, dtype=np.float64)[position[has_distance]]
     return distances
@@ -169,7 +205,7 @@ def _wings(name: Literal["shapeL", "shapeO", "shapeU"]) -> BlockOperation:
         distances = strips.wing_depths(meshes, depths)
         result = strips.setback(meshes, distances, np.zeros(len(distances), dtype=np.int64))
         part_groups = [strips.REMAINDER if head.argument.value == "remainder" else 0 for head in heads]
-        return _parts(call, result, heads, part_groups, EdgeMoves(meshes, distances, has_wings=True))
+        return parts_of(call, result, heads, part_groups, EdgeMoves(meshes, distances, has_wings=True))
 
     count = len(_WINGS[name])
     return BlockOperation(divide, frozenset(), (count, count), _PARTS)
@@ -181,7 +217,7 @@ def _replaced(call: BoundCall, meshes: Meshes, moved: EdgeMoves) -> Shapes:
     return with_moved_edges(result, meshes, np.arange(call.shapes.num), call.shapes, moved, call.workspace)
 
 
-def _parts(
+def parts_of(
     call: BoundCall, result: Setback, heads: Sequence[Head], part_groups: Sequence[int], moved: EdgeMoves
 ) -> list[BoundPart]:
     """The pieces of each group as shapes: one per piece, or one of all pieces of a shape."""
@@ -227,7 +263,8 @@ OPERATIONS: dict[str, Operation] = {
 
 BLOCKS: dict[str, BlockOperation] = {
     "innerRectangle": BlockOperation(inner_rectangle, frozenset({"scope", "edge"}), (1, 1), _PARTS),
-    "setback": BlockOperation(setback, frozenset(), (1, 1), _EDGES),
+    "setback": BlockOperation(setback, frozenset(), (1, 2), EDGES),
+    "setbackPerEdge": BlockOperation(setback, frozenset(), (1, 2), EDGES),
     "shapeL": _wings("shapeL"),
     "shapeO": _wings("shapeO"),
     "shapeU": _wings("shapeU"),

@@ -34,8 +34,8 @@ _STRAIGHT = 1e-12
 """Largest component of a unit vector along other axes for which it counts as an axis."""
 _LIES_ALONG = {BOX: (0, 1, 2), FOOTPRINT: (0, 2), FACE: (0, 1)}
 """Axes along which a box or rectangle extends."""
-_AXES = {"x": 0, "y": 1, "z": 2}
-_WORDS = frozenset({*_AXES, "adjust", "noAdjust", *UV_AXES, *SPACES})
+AXES = {"x": 0, "y": 1, "z": 2}
+_WORDS = frozenset({*AXES, "adjust", "noAdjust", *UV_AXES, *SPACES})
 
 
 def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
@@ -47,14 +47,13 @@ def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     words = call.words
     if words and words[0] in UV_AXES:
         return _split_between_values(call, heads)
-    axis = _AXES.get(words[0] if words else "")
+    axis = AXES.get(words[0] if words else "")
     if axis is None:
         raise call.error("split expects x, y, z, u or v first", "for example split(x) { 2 : A | ~1 : B }")
-    shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames) if axis == 1 else call.shapes
-    if shapes is not call.shapes:
-        call = call._replace(shapes=shapes)
+    call = whole_turned(call, axis)
+    shapes = call.shapes
     length = shapes.size[:, axis]
-    elements = _elements_of(call, heads, length)
+    elements = elements_of(call, heads, length)
     along = call.workspace.frames.axis(shapes.frame, axis)
     clipped = _needs_clipping(shapes.mesh, axis)
     general = clipped if clipped.any() else None
@@ -67,10 +66,31 @@ def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
         return _slabs(shapes, axis, row, along)
     else:
         pieces = row.pieces()
-    numbers = _numbered(pieces, shapes, is_wanted=bool(index_names))
+    return _cut(call, axis, pieces, along, general)
+
+
+def whole_turned(call: BoundCall, axis: int) -> BoundCall:
+    """The call on scopes of positive height, if they are cut across it."""
+    if axis != 1:
+        return call
+    return call._replace(shapes=upright(call.shapes, call.workspace.meshes, call.workspace.frames))
+
+
+def cut_in_slabs(call: BoundCall, axis: int, pieces: Sequence[SplitPieces]) -> list[BoundPart]:
+    """Slabs of shapes across an axis of their scopes, for pieces along it: one part for each size."""
+    along = call.workspace.frames.axis(call.shapes.frame, axis)
+    clipped = _needs_clipping(call.shapes.mesh, axis)
+    return _cut(call, axis, pieces, along, clipped if clipped.any() else None)
+
+
+def _cut(
+    call: BoundCall, axis: int, pieces: Sequence[SplitPieces], along: Floats, general: NDArray[np.bool_] | None
+) -> list[BoundPart]:
+    index_names = _asked_indices(call.workspace)
+    numbers = _numbered(pieces, call.shapes, is_wanted=bool(index_names))
     parts = [_part(call, axis, piece, along, general) for piece in pieces]
     if index_names:
-        parts = _indexed(parts, pieces, numbers, shapes.num, index_names)
+        parts = _indexed(parts, pieces, numbers, call.shapes.num, index_names)
     return [BoundPart(part, number) for part, number in zip(parts, numbers, strict=True)]
 
 
@@ -99,7 +119,7 @@ def _split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Boun
     coordinate = range_of(call.shapes, uv_set, UV_AXES.index(words[0]), call.workspace)
     unit_length = coordinate.metres if words[1] == "unitSpace" else np.ones(call.shapes.num)
     length = coordinate.extent * unit_length
-    elements = _elements_of(call, heads, length)
+    elements = elements_of(call, heads, length)
     call.workspace.expanded(count_pieces(length, elements), call.shapes.num, call.location)
     pieces = divide(length, elements)
     index_names = _asked_indices(call.workspace)
@@ -110,7 +130,7 @@ def _split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Boun
     return [BoundPart(part, number) for part, number in zip(parts, numbers, strict=True)]
 
 
-def _elements_of(call: BoundCall, heads: Sequence[Head], length: Floats) -> list[Element]:
+def elements_of(call: BoundCall, heads: Sequence[Head], length: Floats) -> list[Element]:
     """Sizes of a split of lengths [N], grouped by repeated group."""
     elements: list[Element] = []
     group = -1

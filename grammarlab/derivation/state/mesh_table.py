@@ -137,6 +137,21 @@ def mirrored(shapes: Shapes, chosen: NDArray[np.bool_], table: MeshTable, frames
     return shapes
 
 
+def right_handed(shapes: Shapes, table: MeshTable, frames: FrameTable) -> Shapes:
+    """The same shapes in right-handed scopes: left-handed ones, which ``mirrorScope`` makes, get a reversed x axis."""
+    rows = np.flatnonzero(frames.are_left_handed(shapes.frame))
+    if len(rows) == 0:
+        return shapes
+    position, frame, mesh = shapes.position.copy(), shapes.frame.copy(), shapes.mesh.copy()
+    position[rows] += frames.axis(frame[rows], 0) * shapes.size[rows, :1]
+    frame[rows] = frames.rotated(frame[rows], np.diag([-1.0, 1.0, 1.0]))
+    meshes = table.take(mesh[rows])
+    points = meshes.points.copy()
+    points[:, 0] = 1.0 - points[:, 0]
+    mesh[rows] = table.add(meshes.with_points(points).reversed())
+    return shapes.rescoped(position, shapes.size, frame, mesh)
+
+
 def replaced(shapes: Shapes, meshes: Meshes, table: MeshTable, frames: FrameTable) -> Shapes:
     """Shapes with other geometry, their scopes fitted to it.
 

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
-from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, NodeIds, Nodes, Reports, by_path
+from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, NodeIds, Nodes, Reports, by_path, by_place
 from grammarlab.derivation.frames import FrameTable
-from grammarlab.derivation.state.mesh_table import MeshTable, upright
+from grammarlab.derivation.state.lineage import Lineage
+from grammarlab.derivation.state.mesh_table import MeshTable, right_handed, upright
 from grammarlab.derivation.state.shapes import EMPTY, Ids, Shapes
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name
-from grammarlab.errors import Location
+from grammarlab.errors import Finding, Location
 
 _MOST_PRINTS = 10_000
 """Largest number of printed lines of one derivation that are stored."""
+_MOST_WARNINGS = 1_000
+"""Largest number of different warnings of one derivation."""
 _ZERO = np.zeros(1, dtype=np.int32)
 
 
 class Recorder:
     """Chunks of columns, joined once at the end."""
 
-    def __init__(self, id_type: np.dtype[np.int16 | np.int32]) -> None:
+    def __init__(self, id_type: np.dtype[np.int16 | np.int32], lineage: Lineage | None = None) -> None:
         self._id_type = id_type
+        self.lineage = lineage
         self._roots = np.zeros(0, dtype=np.int32)
         self.num_nodes = 0
         self._nodes: list[tuple[Ids, Ids | None, int, int, Ids | None]] = []
@@ -33,12 +37,15 @@ class Recorder:
         self._draws: list[tuple[Ids, int, Floats, float | Floats]] = []
         self._reports: list[tuple[Ids, str, Floats]] = []
         self._missing_assets: set[MissingAsset] = set()
+        self._warnings: dict[Finding, None] = {}
         self.prints: list[str] = []
 
     def add_roots(self, models: Ids, symbols: Ids) -> Ids:
         """Rows [N] of the roots of models [N] with symbols [N]; they come first."""
         self._roots = symbols
         self._nodes.append((models, None, 0, 0, None))
+        if self.lineage is not None:
+            self.lineage.add_roots(models)
         return self._grow(len(models))
 
     def add_children(self, shapes: Shapes, symbol: int, child: int, in_block: bool) -> Ids:
@@ -52,6 +59,8 @@ class Recorder:
         """
         repeat = _count_in_run(shapes.node) if in_block else None
         self._nodes.append((shapes.model, shapes.node, symbol, child, repeat))
+        if self.lineage is not None:
+            self.lineage.add_children(shapes.node, child, repeat)
         return self._grow(shapes.num)
 
     def set_rule(self, nodes: Ids, rule: int) -> None:
@@ -61,6 +70,10 @@ class Recorder:
     def add_leaves(self, shapes: Shapes) -> None:
         """Record the geometry of finished shapes."""
         self._leaves.append(shapes)
+
+    def finished(self) -> Iterator[Shapes]:
+        """The finished shapes."""
+        return iter(self._leaves)
 
     def add_draw(self, shapes: Shapes, site: int, values: Floats, log_density: float | Floats) -> None:
         """Record one draw [N] for each shape."""
@@ -77,6 +90,15 @@ class Recorder:
     def add_missing_asset(self, path: str, location: Location) -> None:
         """Record a missing asset and its place in the rules."""
         self._missing_assets.add(MissingAsset(path, location))
+
+    def add_warning(self, message: str, location: Location, hint: str = "") -> None:
+        """Record what a derivation passed over, once per place."""
+        if len(self._warnings) < _MOST_WARNINGS:
+            self._warnings.setdefault(Finding("warning", "passed-over", message, location, hint))
+
+    def warnings(self) -> tuple[Finding, ...]:
+        """All warnings, by place."""
+        return by_place(self._warnings)
 
     def missing_assets(self) -> tuple[MissingAsset, ...]:
         """All missing assets."""
@@ -107,6 +129,7 @@ class Recorder:
 
     def leaves(self, meshes: MeshTable, frames: FrameTable) -> Leaves:
         """All leaves that have geometry, in scopes of positive height."""
+        self._leaves = [right_handed(shapes, meshes, frames) for shapes in self._leaves]
         whole = _leaves(self._leaves)
         if whole.size[:, 1].min(initial=0.0) < 0.0:
             whole = _leaves([upright(shapes, meshes, frames) for shapes in self._leaves])

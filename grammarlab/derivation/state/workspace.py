@@ -19,6 +19,7 @@ from grammarlab.derivation.state.mesh_table import MeshTable
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import Shapes, Value, join_values, take_value
 from grammarlab.derivation.state.street_outlines import PLAN, StreetOutlines
+from grammarlab.derivation.state.surroundings import Collector, Surroundings
 from grammarlab.derivation.state.texture_maps import TextureMapTable, map_name
 from grammarlab.derivation.state.width_attribute import StreetWidth, has_widths, widths_of_models
 from grammarlab.derivation.strings import StringTable
@@ -83,6 +84,12 @@ class Workspace:
     """Folder that asset paths are relative to and may not leave."""
     streets: StreetOutlines | None = None
     """Edges along streets, if rules use selectors such as ``street.front`` and something is known of streets."""
+    collector: Collector | None = None
+    """Shapes for the queries of a second derivation, in the first one of a grammar with spatial queries."""
+    surroundings: Surroundings | None = None
+    """Shapes that spatial queries see, in the second derivation; otherwise they have their default values."""
+    compared_pairs: int = 0
+    """Pairs of shapes that spatial queries have compared."""
     tables: ArrayTable = field(default_factory=ArrayTable)
     texture_maps: TextureMapTable = field(default_factory=TextureMapTable)
     count_again_at: int = field(init=False)

@@ -10,7 +10,7 @@ from grammarlab.errors import Location
 from grammarlab.language.checking.symbols import Remarks, SupportedFeatures, Symbols, suggestion
 from grammarlab.language.syntax import builtins
 from grammarlab.language.syntax.builtins import Parameter, Signature
-from grammarlab.language.syntax.keywords import ANY, Scope, Types, advice, in_words, types_of
+from grammarlab.language.syntax.keywords import ANY, STRING, Scope, Types, advice, in_words, types_of
 from grammarlab.language.syntax.syntax_tree import Call, Choice, Expression, Name, String
 
 
@@ -119,7 +119,9 @@ def _misfit(form: Signature, arguments: Sequence[Expression], types: Sequence[Ty
             # Quotes around a keyword are an older way to write it.
             quoted = isinstance(argument, String) and argument.value in parameter.keywords
             fits = quoted or (isinstance(argument, Name) and argument.identifier in parameter.keywords)
-            if not fits and argument_types != ANY:
+            # Text that an attribute or function gives may be a keyword.
+            is_computed = argument_types == STRING and not isinstance(argument, String)
+            if not fits and argument_types != ANY and not is_computed:
                 return index
         elif argument_types is None or not argument_types & types_of(parameter.types):
             return index

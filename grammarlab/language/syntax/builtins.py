@@ -21,7 +21,9 @@ from grammarlab.language.syntax.keywords import KEYWORDS
 _OPERATIONS = """
 i(string) i(string, $up) i(string, $up, $insert) i(string, $up, $insert, $insert_cleanup)
 extrude(size) extrude($extrusion, size)
-envelope($envelope, float, float, float) envelope($envelope, float, float, float, float, float)
+envelope($envelope, float, float, float)
+envelope($envelope, float, float, float, float, float, float)
+envelope($envelope, float, float, float, float, float)
 envelope($envelope, float, float, float, float, float, float, float)
 envelope($envelope, float, float, float, float, float, float, float, float, float)
 envelope($envelope, float, float[], float[])
@@ -54,7 +56,7 @@ trim()
 tag(string, $tagged?) deleteTags(string?, $tagged?) setTagsFromEdgeAttrs()
 texture(string)
 setupProjection(float, $projection, tile, tile, size?, size?, float?)
-setupUV(float, tile, tile)
+setupUV(float, tile, tile, size?, size?, float?)
 projectUV(float)
 translateUV(float, size, size) offsetUV(float, size, size) scaleUV(float, size, size)
 rotateUV(float, float) tileUV(float, tile, tile)
@@ -179,7 +181,7 @@ string colorRamp(string, float)
 
 _ATTRIBUTES = """
 string comp.sel
-float comp.index comp.total split.index split.total seedian
+float comp.index comp.total split.index split.total seedian uid
 string initialShape.name initialShape.startRule initialShape.symbol
 float initialShape.origin.px initialShape.origin.py initialShape.origin.pz
 float initialShape.origin.ox initialShape.origin.oy initialShape.origin.oz
@@ -198,7 +200,7 @@ _MAPS = "colormap bumpmap dirtmap specularmap opacitymap normalmap emissivemap o
 
 READ_ONLY_ATTRIBUTES = frozenset(
     {"comp.sel", "comp.index", "comp.total", "split.index", "split.total", "scope.elevation"}
-    | {"initialShape.name", "initialShape.startRule", "initialShape.symbol"}
+    | {"uid", "initialShape.name", "initialShape.startRule", "initialShape.symbol"}
 )
 """Shape attributes that ``set`` refuses."""
 

@@ -35,7 +35,7 @@ SUPPORTED = SupportedFeatures(
     functions=frozenset(BUILTINS) | {"sel"},
     attributes=frozenset(SHAPE_ATTRIBUTES),
     keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
-    constructs=frozenset({"array", "comp-function", "connected", "import"}),
+    constructs=frozenset({"array", "comp-function", "connected", "element-wise", "import", "variables"}),
     harmless=CHANGE_LOOKS
     | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
 )

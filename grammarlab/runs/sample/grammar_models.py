@@ -76,6 +76,7 @@ class GrammarModels(AbstractModels):
             log_probability=forest.log_probability().tolist(),
             prints=forest.prints,
             missing_assets=forest.missing_assets,
+            warnings=forest.warnings,
             tries=accepted.tries.tolist(),
             accepted=accepted.is_accepted.tolist(),
             save=save,

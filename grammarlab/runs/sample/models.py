@@ -67,6 +67,8 @@ class MadeModels:
     """[n] whether a candidate was accepted."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """Meshes that the asset folder lacks."""
+    warnings: tuple[Finding, ...] = ()
+    """What the rules passed over."""
     save: Callable[[Path], Iterable[str]] = _nothing
     """Save how they were made in a folder; returns the names of the files."""
 

@@ -15,7 +15,7 @@ from grammarlab.assets.texture_files import image_file
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.derivation.program import Program
-from grammarlab.errors import Location
+from grammarlab.errors import Finding, Location
 from grammarlab.export import SaveOptions, save_each, save_together
 from grammarlab.export.save import Reuse
 from grammarlab.files import file_below, file_hash, sync_files
@@ -73,6 +73,8 @@ class BatchRecord:
     """Missing textures of the models."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """Meshes that the asset folder lacks."""
+    warnings: tuple[Finding, ...] = ()
+    """What the rules passed over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,7 +198,7 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
     )
     sync_files(written, folder)
     hashes = {path.relative_to(folder).as_posix(): file_hash(path) for path in sorted(written)}
-    record = BatchRecord(models, hashes, made.prints, tuple(sorted(images)), made.missing_assets)
+    record = BatchRecord(models, hashes, made.prints, tuple(sorted(images)), made.missing_assets, made.warnings)
     _write_record(folder, batch, record)
     return record
 
@@ -236,7 +238,8 @@ def _parse(values: Any) -> BatchRecord:
     )
     assets = of_kind(values.get("missing_assets", []), list, "missing_assets")
     models = tuple(map(_model, member(values, "models", list)))
-    return BatchRecord(models, texts(values, "hashes"), prints, images, tuple(map(_missing_asset, assets)))
+    warnings = tuple(map(_warning, of_kind(values.get("warnings", []), list, "warnings")))
+    return BatchRecord(models, texts(values, "hashes"), prints, images, tuple(map(_missing_asset, assets)), warnings)
 
 
 _KIND = json_kind(asdict, _parse)
@@ -260,10 +263,18 @@ def _model(values: Any) -> ModelRecord:
 
 
 def _missing_asset(values: Any) -> MissingAsset:
-    position = member(values, "location", dict, "missing_assets")
-    line, column, length = (member(position, name, int, "location") for name in ("line", "column", "length"))
-    location = Location(line, column, length, member(position, "file", str, "location"))
-    return MissingAsset(member(values, "path", str, "missing_assets"), location)
+    return MissingAsset(member(values, "path", str, "missing_assets"), _location(values, "missing_assets"))
+
+
+def _warning(values: Any) -> Finding:
+    code, message, hint = (member(values, name, str, "warnings") for name in ("code", "message", "hint"))
+    return Finding("warning", code, message, _location(values, "warnings"), hint)
+
+
+def _location(values: Any, name: str) -> Location:
+    position = member(values, "location", dict, name)
+    line, column, length = (member(position, number, int, "location") for number in ("line", "column", "length"))
+    return Location(line, column, length, member(position, "file", str, "location"))
 
 
 def _is_about(record: BatchRecord, request: SampleRequest, batch: Batch) -> bool:

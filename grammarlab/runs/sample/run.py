@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.forest import MissingAsset, by_path
+from grammarlab.derivation.forest import MissingAsset, by_path, by_place
 from grammarlab.errors import AssetError, Finding, UsageError
 from grammarlab.files import atomic_file, file_hash, folder_below, remove_parts
 from grammarlab.rendering.choice import RendererChoice, choose
@@ -62,6 +62,8 @@ class RunResult:
     """Missing textures of the models, in alphabetical order."""
     missing_assets: tuple[MissingAsset, ...] = ()
     """Missing meshes, by path."""
+    warnings: tuple[Finding, ...] = ()
+    """What the rules passed over, by place."""
     kept_files: tuple[str, ...] = ()
     """Files that differ from what an earlier run recorded, or that it did not come to record, and were not removed."""
 
@@ -270,6 +272,7 @@ def _make(
         prints=prints,
         missing_images=tuple(images),
         missing_assets=missing_assets,
+        warnings=by_place(finding for record in records for finding in record.warnings),
         kept_files=earlier.kept_files,
     )
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -41,9 +43,14 @@ def test_the_budget_is_for_each_model_not_for_the_batch():
 
 @pytest.mark.parametrize("value", ["0 / 0", "1 / 0", "-(1 / 0)", 'float("abc")'])
 @pytest.mark.parametrize("operation", ["t(f, 0, 0)", "s(f, 1, 1)", "r(0, f, 0)", "extrude(f)", "split(x) { f : A }"])
-def test_numbers_that_are_not_finite_are_refused_with_their_place(operation, value):
-    with pytest.raises(DerivationError, match=r"<text>:2:9: \w+ expected a finite number, found (nan|-?inf)"):
-        sample(f"f = {value}\nLot --> {operation}")
+def test_numbers_that_are_not_finite_count_as_zero_with_a_warning_at_their_place(operation, value):
+    forest = sample(f"f = {value}\nLot --> {operation}")
+    (warning,) = forest.warnings
+    assert re.fullmatch(r"\w+ expected a finite number, found (nan|-?inf); 0 is used", warning.message)
+    assert (warning.location.line, warning.location.column) == (2, 9)
+    with_zero = sample(f"f = 0\nLot --> {operation}")
+    assert np.array_equal(forest.leaves.size, with_zero.leaves.size)
+    assert np.array_equal(forest.leaves.position, with_zero.leaves.position)
 
 
 def test_a_split_of_nothing_makes_nothing():

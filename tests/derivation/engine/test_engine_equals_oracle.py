@@ -48,3 +48,19 @@ def test_random_grammars_derive_as_the_oracle_says(text):
     for index, tree in enumerate(trees_of_forest(forest)):
         model = interpret(grammar, 11, index, footprint=(8.0, 6.0))
         assert_same_trees(tree, tree_of_model(model, grammar), exact_draws=False)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        """Lot with (h := rand(3, 9)  n := rint(h / 2)) --> extrude(h) split(y) { ~n : Part(n) }*
+           Part(a) with (b := a + rand(a)) --> 50% : s(b, '1, '1) A else : B(b)  B(c) --> t(c, 0, 0) C""",
+        """attr a with (x := rand(2)  y := x * x) = x + y
+           f(z) with (w := rand(z)) = w * w
+           Lot --> extrude(a + f(3) + f(1)) A""",
+    ],
+)
+def test_local_variables_are_evaluated_once_in_order(text):
+    grammar = Grammar.parse(text)
+    for index, tree in enumerate(trees_of_forest(derive(grammar, 3, 5))):
+        assert_same_trees(tree, tree_of_model(interpret(grammar, 5, index), grammar))

@@ -113,7 +113,7 @@ def test_a_feature_is_carried_out_and_found_in_order(sequence):
 
 @pytest.mark.parametrize(
     "sequence",
-    ["splitArea(x) { 1 : A }", "comp(g) { all : A }", "envelope(normal, 3, 4, 5)", "print(seedian)"],
+    ["comp(g) { all : A }", 'print(assetMetadata("a.obj", "b", 1))'],
 )
 def test_what_is_not_carried_out_is_reported_and_refused_where_a_shape_comes_to_it(sequence):
     text = f"Lot --> {sequence}"

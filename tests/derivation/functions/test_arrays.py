@@ -193,7 +193,7 @@ def test_equal_distances_in_an_array_are_one_distance():
         ("a[true]", "numbers as indices"),
         ("3[0]", r"expected an array before '\['"),
         ("[1 : 0 / 0]", "finite number"),
-        ("a .+ 1", "element by element"),
+        ("a .+ [1]", "arrays of one size"),
         ("comp(f) { top : 1 | side : true }", "values of one type, found bool and float"),
         ("comp(f) { top =: 1 }", "expects f, e, v, fe or fv"),
         ("size(3)", "expected an array, found a float"),
@@ -224,3 +224,88 @@ def test_all_arrays_together_are_bounded(monkeypatch):
 def test_operations_refuse_arrays(operation):
     with pytest.raises(DerivationError, match="found a whole array"):
         derive(Grammar.parse(f"{KNOWN}\n@StartRule\nLot --> {operation}"), 1, 1)
+
+
+# What whole arrays become; the examples are those of CityEngine's reference.
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ('sortIndices(["c", "b", "d", "a"])', "(4)[3,1,0,2]"),
+        ("sortIndices([2, 1, 3, 3, 1])", "(5)[1,4,0,2,3]"),
+        ('sortIndices(["e", "c", "d"; "b", "a", "c"; "d", "a", "d"])', "(3x3)\n1\t2\t0\n4\t3\t5\n7\t6\t8"),
+        ("sortRowIndices([4, 0, 1; 2, 1, 9; 1, 3, 0; 2, 1, 0])", "(4)[2,3,1,0]"),
+        ("transpose(m[0:1, 0:2])", "(3x2)\n1\t4\n2\t5\n3\t6"),
+        ("setElems([0, 0, 0, 0, 0, 0], 2, 1)", "(6)[0,0,1,0,0,0]"),
+        ("setElems([0, 0, 0, 0, 0, 0], [5, 1, 3], [1:3])", "(6)[0,2,0,3,0,1]"),
+        ("setElems([0, 0, 0, 0, 0, 0], [1, 1, 1], [1:3])", "(6)[0,3,0,0,0,0]"),
+        ("setElems([1:7], [1:7] .> 4, [3, 2, 1])", "(7)[1,2,3,4,3,2,1]"),
+        ("setElems([0, 0; 0, 0], [1, 0], [1, 0], [1, 2; 3, 4])", "(2x2)\n4\t3\n2\t1"),
+        ("setElems([1, 1], [-1, 3], 9)", "(4)[1,1,0,9]"),
+        ('sum(a) + "," + sum(words) + "," + sum(floatArray())', "10,xy,0"),
+        ('findFirst(a, 3) + findFirst(words, "z") + findFirst("abab", "b", 2)', "4"),
+        ('floatArray(["1", "b"])', "(2)[1,nan]"),
+        ('stringArray([1, 2]) == listToArray("1;2;")', "true"),
+        ('listFromArray(["p", "q"])', "p;q;"),
+        ("[5, 6] .- a[0:1]", "(2)[4,4]"),
+        ("2 .* a", "(4)[2,4,6,8]"),
+        ("a .% 2 .== 0", "(4)[false,true,false,true]"),
+        ('"w" .+ words', "(2)[wx,wy]"),
+        (".!([true, false] .&& true)", "(2)[false,true]"),
+        ("abs(.-a)", "(4)[1,2,3,4]"),
+        ('splitString(".b.", ".")', "(3)[,b,]"),
+        ('splitString("a  b c", "$\\\\s+")', "(3)[a,b,c]"),
+        ('splitString("ab", "")', "(4)[,a,b,]"),
+    ],
+)
+def test_arrays_become_what_the_reference_says(value, expected):
+    assert printed(value) == [expected]
+
+
+@given(st.lists(st.integers(-9, 9), max_size=8))
+def test_cells_in_the_order_of_their_sorted_indices_ascend(cells):
+    array = f"[{', '.join(map(str, cells))}]"
+    assert printed(f"({array})[sortIndices({array})]") == [f"({len(cells)})[{','.join(map(str, sorted(cells)))}]"]
+
+
+@pytest.mark.parametrize(
+    ("value", "message"),
+    [
+        ("setElems(a, [0, 1], [1, 2, 3])", "one for each of 2 cells, found 3"),
+        ('setElems(a, 0, "x")', "values of the type float, found string"),
+        ("a .&& a", "cells of the types float and float"),
+        (".!a", "cells of the type bool"),
+        ('splitString("aaaa", "$(a+)+b")', "could take too long"),
+        ('splitString("a", "$[")', "is not a regular expression"),
+    ],
+)
+def test_what_whole_arrays_cannot_do_is_said(value, message):
+    with pytest.raises(DerivationError, match=message):
+        printed(value)
+
+
+def test_arrays_do_not_grow_without_bounds():
+    with pytest.raises(BudgetError, match="more than 100,000"):
+        printed("setElems(a, 1e9, 1)")
+
+
+def test_tables_and_texts_come_from_the_asset_folder(tmp_path):
+    (tmp_path / "floors.csv").write_text("Floor;Height\n0;10\n1;7,5\n2\n", encoding="utf-8")
+    (tmp_path / "note.txt").write_bytes("one\r\ntwo\x07".encode("utf-16"))
+    values = [
+        'readStringTable("floors.csv")',
+        'readFloatTable("floors.csv")[1, 1] + nRows(readFloatTable("floors.csv"))',
+        'readTextFile("note.txt")',
+        'readStringTable("absent.csv")',
+        'filesSearch("*.csv")',
+    ]
+    assert [printed(value, assets=tmp_path)[0] for value in values] == [
+        "(4x2)\nFloor\tHeight\n0\t10\n1\t7,5\n2\t",
+        "14",
+        "one\ntwo?",
+        "(0)[]",
+        "(1)[floors.csv]",
+    ]
+    with pytest.raises(DerivationError, match="outside the asset folder"):
+        printed('readTextFile("../secret.txt")', assets=tmp_path)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -16,6 +18,7 @@ from tests.derivation.operations.leaves import (
     world_meshes,
 )
 
+L_SHAPE = np.array([[0.0, 0, 12], [8, 0, 12], [8, 0, 22], [26, 0, 22], [26, 0, 0], [0, 0, 0]])
 READ = " ".join(
     f'report("{kind}{axis}", {kind}{axis})'
     for kind in ("scope.t", "scope.r", "scope.s", "pivot.p", "pivot.o")
@@ -179,3 +182,35 @@ def test_setting_the_placement_is_what_the_operations_do(written, meant):
     leaves = [sampled(f"Lot --> extrude(5) t(2, 2, 1) r(0, 20, 0) {operation} A") for operation in (written, meant)]
     one, other = (world_meshes(forest).points for forest in leaves)
     assert np.allclose(one, other, atol=1e-9)
+
+
+@pytest.mark.parametrize("flips", list(itertools.product(["true", "false"], repeat=3)))
+def test_a_mirrored_scope_has_the_same_geometry_and_begins_at_its_other_end(flips):
+    text = 'Lot --> extrude(4) {} comp(f) {{ all : A }}  A --> report("side", 0) X.'
+    plain, mirrored = (
+        derive(Grammar.parse(text.format(operation)), 1, 1, footprint=L_SHAPE)
+        for operation in ("", f"mirrorScope({', '.join(flips)})")
+    )
+    assert np.allclose(np.linalg.det(mirrored.frames), 1.0)
+    assert world_faces(plain) == world_faces(mirrored)
+
+
+def test_a_split_of_a_mirrored_scope_begins_at_its_other_end():
+    text = "Lot --> mirrorScope(p(0.5), false, false) split(x) { 3 : A | ~1 : NIL }"
+    forest = derive(Grammar.parse(text), 40, 1, footprint=(10.0, 6.0))
+    assert set(forest.leaves.position[:, 0].tolist()) == {0.0, 7.0}
+    assert set(forest.leaves.size[:, 0].tolist()) == {3.0}
+
+
+def world_faces(forest) -> set[tuple[tuple[float, ...], ...]]:
+    """Corners of all faces in the world, each from its smallest on, rounded."""
+    faces = set()
+    for leaf in range(len(forest.leaves)):
+        mesh = forest.meshes.take(forest.leaves.mesh[leaf : leaf + 1])
+        points = (mesh.points * forest.leaves.size[leaf]) @ forest.frames[forest.leaves.frame[leaf]].T
+        points = np.round(points + forest.leaves.position[leaf], 9) + 0.0
+        for first, end in itertools.pairwise(mesh.face_offsets.tolist()):
+            corners = [tuple(point) for point in points[mesh.corners[first:end]].tolist()]
+            start = corners.index(min(corners))
+            faces.add(tuple(corners[start:] + corners[:start]))
+    return faces
