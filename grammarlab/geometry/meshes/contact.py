@@ -1,4 +1,4 @@
-"""Closed meshes as solids: whether geometry lies inside them, overlaps or touches them, and their distances of boxes.
+"""Closed meshes as solids: whether geometry lies inside them, overlaps or touches them; distances of boxes.
 
 Distances up to 1 mm count as contact. Solids are those of manifold3d.
 """
