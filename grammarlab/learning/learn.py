@@ -23,6 +23,7 @@ from grammarlab.learning.interview import interview
 from grammarlab.learning.progress_line import ProgressOption, shown_progress
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.settings import Settings
+from grammarlab.learning.targets.file_head import origin_line
 from grammarlab.learning.targets.grammar_target import GrammarWriter
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making
 from grammarlab.preference.base import MAX_SCORE
@@ -169,8 +170,10 @@ def learn(
                 f"none of the {state.num_answers} models that the function was asked about has a score above 0, so "
                 "nothing is liked. Raise the budget, or give low scores to models that are nearly liked."
             )
+        name = grammar.file if isinstance(grammar, Grammar) else grammar.name
+        lines = [origin_line(name, space.hashes[0]), f"Function: {state.num_answers} scores"]
         on_progress("writing the file", 0, 0)
-        return writer.learn(study, state, Making(base=base, max_rules=max_rules), on_progress=on_progress)
+        return writer.learn(study, state, Making(base=base, max_rules=max_rules), lines, on_progress)
 
 
 class _Subject(NamedTuple):

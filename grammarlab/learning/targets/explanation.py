@@ -234,8 +234,11 @@ class _ColumnWords:
         yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"no {thing}"
 
     def _amount(self, name: str, interval: _Range) -> Iterator[str]:
-        yield f"{name}:" if " " in name else name
         low, high = interval.low, interval.high
+        if self.is_integer[interval.column] and " + " in name and not set("(·−") & set(name):
+            yield f"{self._whole(low, high)} of these: {', '.join(map(_thing, name.split(' + ')))}"
+            return
+        yield f"{name}:" if " " in name else name
         if not self.is_integer[interval.column]:
             unit = self.table.units[interval.column] if self.table.units else ""
             yield (
@@ -248,11 +251,19 @@ class _ColumnWords:
                 + unit
             )
             return
-        # For whole numbers between bounds the ends themselves are given.
+        yield self._whole(low, high)
+
+    @staticmethod
+    def _whole(low: float, high: float) -> str:
+        """Whole numbers between bounds; the ends themselves are given."""
         first, last = np.ceil(low), np.ceil(high) - 1.0
         if not np.isfinite(last):
-            yield f"{first:.0f} or more"
-        elif not np.isfinite(first):
-            yield "none" if last == 0.0 else f"at most {last:.0f}"
-        else:
-            yield f"{first:.0f}" if first == last else f"{first:.0f} to {last:.0f}"
+            return f"{first:.0f} or more"
+        if not np.isfinite(first):
+            return "none" if last == 0.0 else f"at most {last:.0f}"
+        return f"{first:.0f}" if first == last else f"{first:.0f} to {last:.0f}"
+
+
+def _thing(name: str) -> str:
+    """A summand of a number of things: ``no Door`` for ``not number of Door``."""
+    return name.replace("not number of ", "no ").removeprefix("number of ").replace(" → ", " = ")

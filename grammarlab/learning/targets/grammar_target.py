@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 import numpy as np
@@ -22,6 +22,7 @@ from grammarlab.errors import UsageError
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.accepting_target import ReadableSampler, smallest
+from grammarlab.learning.targets.file_head import head, without_earlier_head
 from grammarlab.learning.targets.grammar_columns import GrammarColumns
 from grammarlab.learning.targets.simplification import predict
 from grammarlab.learning.targets.target_density import PoolDensity
@@ -56,19 +57,23 @@ class GrammarWriter(AbstractTargetWriter[Forest]):
         predicted = predict(study, state)
         target = Target(space.grammar, (), _alike, making.base, assets=space.assets)
         columns = GrammarColumns.of(space, study, state, predicted, Exactness(space.grammar, forest))
+        header = head(lines, predicted, seed)
         density = PoolDensity.of(target, columns, study.tables(state.wide).pool_designs, predicted.scores)
         if method != "compile" and space.acceptance is not None:
             raise UsageError(f"method {method!r} would lose the acceptance rule of this file: use compile.")
         if method == "compile":
-            sampler = smallest(density, forest, making, lines)
+            sampler = smallest(density, forest, making, header)
         else:
             simple = density.simplest(exact_only=method != "rejection")
-            learned = learn_target(simple.target, method, forest, lines, seed, making.num_samples, on_progress)
+            learned = learn_target(simple.target, method, forest, header, seed, making.num_samples, on_progress)
             sampler = ReadableSampler(learned, simple.preference, simple.target.even)
         features = {columns.features[c]: columns.names[c] for c in sampler.preference.columns.tolist()}
         base_ratio = None if sampler.even is None else sampler.even.ratio
         scores = sampler.preference(columns.rows)
-        return judged(study, state, sampler.learned, predicted, scores, features, base_ratio)
+        learned = sampler.learned
+        if not isinstance(learned, RejectionSampler):  # it has no file
+            learned = replace(learned, text=without_earlier_head(learned.text))
+        return judged(study, state, learned, predicted, scores, features, base_ratio)
 
 
 def learn_target(

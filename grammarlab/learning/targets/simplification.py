@@ -66,6 +66,8 @@ class SimplifiedFactor:
     """[m] score of each design of the pool, 0 to 100."""
     unexplained: float = 0.0
     """Share of the original that is kept because no pattern is known yet, 0 to 1."""
+    explained: float | None = None
+    """Share of the variance of held-out scores that is explained, 0 to 1; None if no scores were held out."""
 
 
 @dataclass(frozen=True)
@@ -287,8 +289,11 @@ def _factor(
     numbers = [str(number) for number in range(len(table.group_names))]
     shares = {int(relevance.name): relevance for relevance in preference.explain(numbers)}
     relevances = tuple(replace(shares[number], name=name) for number, name in enumerate(table.group_names))
-    unexplained = preference.unexplained if isinstance(preference, BlendedPreference) else 0.0
-    return SimplifiedFactor(name, num_labels, relevances, predicted, unexplained)
+    factor = SimplifiedFactor(name, num_labels, relevances, predicted)
+    if not isinstance(preference, BlendedPreference):
+        return factor
+    explained = preference.explained_variance if preference.sketches else None
+    return replace(factor, unexplained=preference.unexplained, explained=explained)
 
 
 def _above_the_lowest(preference: AbstractPreference, pool: Floats) -> Floats:

@@ -24,6 +24,7 @@ from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.designs.species_space import SpeciesSpace
 from grammarlab.learning.designs.tree_columns import TreeBatch, columns_of, words_of_name
 from grammarlab.learning.round import State, Study
+from grammarlab.learning.targets.file_head import head
 from grammarlab.learning.targets.kinds_of_trees import Part, divisible, parts_of, with_parts
 from grammarlab.learning.targets.simplification import TOLERANCE, Predicted, Simplified, predict, simplified, smallest
 from grammarlab.learning.targets.tree_conditions import rule_text
@@ -163,8 +164,8 @@ class SpeciesWriter(AbstractTargetWriter[TreeBatch]):
         most = making.max_rules or max(_MAX_KINDS, 2 * len(self.space.species.kinds))
         result = _kinds_only(pool, most) if method == METHODS[0] else None
         result = result or _with_rule(pool, most if method == METHODS[0] else 0)
-        header = [*lines, f"Method {method}, base {making.base}"]
-        text = "".join(f"# {_plain(line)}\n" for line in header) + "\n" + write(result.species)
+        header = [*head(lines, predicted, study.pool.seed), f"Method {method}, base {making.base}"]
+        text = "".join(f"# {line}".rstrip() + "\n" for line in header) + "\n" + write(result.species)
         learned = LearnedSpecies(
             text=text,
             method=method,
@@ -178,11 +179,6 @@ class SpeciesWriter(AbstractTargetWriter[TreeBatch]):
             Draw(pool.names[column]): words_of_name(pool.names[column]) for column in result.columns.tolist()
         }
         return judged(study, state, learned, predicted, result.scores, features)
-
-
-def _plain(line: str) -> str:
-    """A comment line without line ends and other control characters."""
-    return "".join(character if character.isprintable() else " " for character in line)
 
 
 class _Result(NamedTuple):

@@ -11,9 +11,10 @@ import numpy as np
 
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.targets.divergence import Measured, measured
+from grammarlab.learning.targets.file_head import origin_line
 from grammarlab.learning.targets.writers import Learned, check_method
 from grammarlab.runs.learn.example_learners import AbstractExampleLearner, example_learner
-from grammarlab.runs.learn.from_scenario import origin_line, scenario_of, write_learned
+from grammarlab.runs.learn.from_scenario import scenario_of, write_learned
 from grammarlab.runs.learn.scenario_measures import TrueDensity
 from grammarlab.runs.sample.domains import opened
 from grammarlab.runs.sample.shipped import RuleSource, find_rules

@@ -17,11 +17,12 @@ from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.stopping import expected_gain
+from grammarlab.learning.targets.file_head import origin_line
 from grammarlab.learning.targets.simplification import SimplifiedFactor
 from grammarlab.learning.targets.writers import Learned, LearnedDensity, Making
 from grammarlab.preference.base import Relevance
 from grammarlab.preference.labels import Labels
-from grammarlab.runs.learn.from_scenario import origin_line, scenario_of, write_learned
+from grammarlab.runs.learn.from_scenario import scenario_of, write_learned
 from grammarlab.runs.learn.scenario_measures import TrueDensity
 from grammarlab.runs.sample.domains import domain_of, opened
 from grammarlab.runs.sample.shipped import RuleSource, find_rules

@@ -10,7 +10,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from grammarlab.about import __version__
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.grammar_skeleton import MAX_EXAMINED_MODELS
 from grammarlab.density.samples import sampled
@@ -25,6 +24,7 @@ from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.species_space import SpeciesSpace
 from grammarlab.learning.targets import known_score
 from grammarlab.learning.targets.divergence import Measured
+from grammarlab.learning.targets.file_head import origin_line
 from grammarlab.learning.targets.grammar_target import METHODS, LearnedSampler, learn_target
 from grammarlab.learning.targets.writers import Learned, check_method
 from grammarlab.runs.learn.scenario_measures import LabelledSet
@@ -146,11 +146,6 @@ def _lines(source: Source) -> list[str]:
         origin_line(find_rules(scenario.grammar).file, source.space.hashes[0]),
         f"Scenario {scenario.name}: {scenario.title}",
     ]
-
-
-def origin_line(file: str, text_hash: str) -> str:
-    """Line of a learned file that names its original, read by `grammarlab compare`."""
-    return f"Learned by grammarlab {__version__} from {file} (SHA-256 {text_hash[:16]})"
 
 
 def scenario_of(scenario: Path, name: str, text_hash: str) -> Source:

@@ -71,7 +71,8 @@ def wide_and_upright(columns: dict[str, Floats]) -> Floats:
 def test_a_taste_in_parameters_becomes_kinds_with_words():
     density = learned_from(slender_or_stout)
     text, species = density.learned.text, species_of(density)
-    assert text.startswith("# Labels by [tree]\n# second line\n# Method kinds, base grammar\n")
+    assert text.startswith("# Labels by [tree]\n# second line\n#\n# Likes (with the mean score, 0 to 100):\n")
+    assert "\n#\n# Method kinds, base grammar\n\n" in text
     assert not species.acceptance
     assert density.learned.accept_rate is None
     assert [kind.means.split(":")[0] for kind in species.kinds] == ["slender", "stout"]

@@ -107,6 +107,17 @@ def test_comparisons_of_draws_are_told_as_such():
     assert words(3.0).likes[0].startswith("a − b: from ")
 
 
+def test_sums_of_things_are_told_as_numbers_of_these():
+    rows = coins(600, 3)
+    table = table_of(
+        np.column_stack([rows, rows.sum(axis=1)]), ["a", "b", "c", "number of Door + not number of Bay + A → B"]
+    )
+    words = words_of(table, np.where(rows.sum(axis=1) >= 2, 100.0, 0.0), np.ones(600))
+    assert words == Words(
+        ("2 or more of these: Door, no Bay, A = B (100)",), ("at most 1 of these: Door, no Bay, A = B (0)",)
+    )
+
+
 @pytest.mark.parametrize("scores", [np.zeros(50), np.full(50, 100.0)])
 def test_where_all_are_alike_there_is_nothing_to_tell(scores):
     assert words_of(table_of(coins(50, 3), ["a", "b", "c"]), scores, np.ones(50)).lines == ()

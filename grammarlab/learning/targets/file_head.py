@@ -1,0 +1,86 @@
+"""Comment at the top of a learned file: where it comes from, and what was learned, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from textwrap import wrap
+
+from grammarlab.about import __version__
+from grammarlab.learning.targets.simplification import Predicted, SimplifiedFactor
+
+_WIDTH = 112
+"""Largest number of characters of a line, without comment marks; longer words are not broken."""
+_MAX_CHARACTERS = 600
+"""Largest number of characters of one kind of designs; names of symbols can have any length."""
+_INDENT = "  "
+_FIRST = "Learned by grammarlab "
+"""First words of a head."""
+
+
+def origin_line(file: str, text_hash: str) -> str:
+    """Line of a learned file that names its original, read by `grammarlab compare`."""
+    return f"{_FIRST}{__version__} from {file} (SHA-256 {text_hash[:16]})"
+
+
+def head(lines: Sequence[str], predicted: Predicted, seed: int) -> list[str]:
+    """Comment lines at the top of a learned file, without comment marks and control characters.
+
+    Args:
+        lines: the origin of the file.
+        predicted: what was learned.
+        seed: seed of the designs that the scores were learned on.
+    """
+    return [plain(line) for line in (*lines, "", *_taste(predicted), *_certainty(predicted), f"Seed {seed}.", "")]
+
+
+def plain(line: str) -> str:
+    """A comment line without line ends and other control characters."""
+    return "".join(character if character.isprintable() else " " for character in line)
+
+
+def _taste(predicted: Predicted) -> Iterator[str]:
+    """Liked and disliked kinds of designs, one below the other."""
+    words = predicted.words
+    for title, kinds in (("Likes", words.likes), ("Does not like", words.dislikes)):
+        if kinds:
+            adds = all("(+" in kind or "(-" in kind for kind in kinds)
+            yield f"{title} ({'points that each part adds' if adds else 'with the mean score, 0 to 100'}):"
+        for kind in kinds:
+            short = kind if len(kind) <= _MAX_CHARACTERS else f"{kind[:_MAX_CHARACTERS]} …"
+            yield from wrap(
+                plain(short),
+                _WIDTH,
+                initial_indent=f"{_INDENT}- ",
+                subsequent_indent=2 * _INDENT,
+                break_long_words=False,
+                break_on_hyphens=False,
+            )
+
+
+def _certainty(predicted: Predicted) -> Iterator[str]:
+    """How many scores there are, how much of them is explained, and how much of the original is kept."""
+    several = len(predicted.factors) > 1
+    for factor in predicted.factors:
+        yield from wrap((f"{factor.name}: " if several else "") + _sentences(factor), _WIDTH, break_long_words=False)
+
+
+def _sentences(factor: SimplifiedFactor) -> str:
+    scores = f"{factor.num_labels:,} score{'s' if factor.num_labels != 1 else ''}"
+    if factor.unexplained == 1.0:
+        return f"No pattern yet in {scores}: the original is kept."
+    explained = "" if factor.explained is None else f" This explains {factor.explained:.0%} of held-out scores."
+    mixed = "." if factor.unexplained == 0.0 else ", since there are not enough scores yet."
+    return f"Learned from {scores}.{explained} {factor.unexplained:.0%} of the original is mixed in{mixed}"
+
+
+def without_earlier_head(text: str) -> str:
+    """A learned file without the head of the learned file that it was made from.
+
+    Args:
+        text: a rule file that begins with a head; only a second one directly below it is removed.
+    """
+    own, gap, rest = text.partition("\n\n")
+    earlier, _, below = rest.partition("\n\n")
+    lines = earlier.split("\n")
+    is_head = lines[0].startswith(f"// {_FIRST}") and lines[-1].startswith("// Method ")
+    return own + gap + below if is_head and all(line.startswith("//") for line in lines) else text

@@ -1,0 +1,82 @@
+"""The comment at the top of a learned file: true sentences, whatever names hold."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.pattern_text import parse
+from grammarlab.language.checking.check import check_text
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.learn import learn
+from grammarlab.learning.targets.explanation import Words
+from grammarlab.learning.targets.file_head import head, without_earlier_head
+from grammarlab.learning.targets.simplification import Predicted, SimplifiedFactor
+from grammarlab.runs.sample.checks import SUPPORTED
+
+GRAMMAR = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
+ONE = np.ones(1)
+NOTHING = Words((), ())
+
+
+def predicted(words=NOTHING, **factor):
+    part = SimplifiedFactor(factor.pop("name", "overall"), factor.pop("num_labels", 20), (), ONE, **factor)
+    return Predicted((part,), ONE, ONE, words)
+
+
+def high(forest):
+    return 100.0 * count(forest, [parse("High")])[:, 0]
+
+
+def test_a_learned_file_begins_with_what_is_liked():
+    text = learn(GRAMMAR, high, 16, pool=Pool(0, 200)).learned.text
+    lines = text.partition("\n\n")[0].splitlines()
+    assert all(line.startswith("//") for line in lines)
+    assert "//   - Lot ≠ Low (100)" in lines
+    assert "//   - Lot = Low (0)" in lines
+    assert lines[-1] == "// Method compile, base grammar"
+    assert lines[0].startswith("// Learned by grammarlab ")
+    assert GRAMMAR.hash[:16] in lines[0]
+    assert any(line.startswith("// Learned from 16 scores.") for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("factor", "sentence"),
+    [
+        ({"unexplained": 1.0}, "No pattern yet in 20 scores: the original is kept."),
+        ({"unexplained": 1.0, "num_labels": 1}, "No pattern yet in 1 score: the original is kept."),
+        ({"unexplained": 0.3}, "Learned from 20 scores. 30% of the original is mixed in, since there are not enough"),
+        ({"explained": 0.934}, "Learned from 20 scores. This explains 93% of held-out scores. 0% of the original is"),
+    ],
+)
+def test_the_head_says_how_much_is_known(factor, sentence):
+    assert any(line.startswith(sentence) for line in head([], predicted(**factor), 5))
+
+
+def test_no_name_leaves_the_comment():
+    wild = "a\nInjected --> Wall\r\u2028// \x85*/ " + "x" * 5_000
+    lines = head([f"Labels {wild}"], predicted(Words((wild,), (wild,)), name=wild), 0)
+    assert all(len(line.splitlines()) <= 1 for line in lines)
+    assert sum(map(len, lines)) < 8_000
+    text = "".join(f"// {line}\n" for line in lines) + "\n" + GRAMMAR.text
+    assert list(Grammar.parse(text).rules) == list(GRAMMAR.rules)
+    assert not check_text(text, "head.cga", SUPPORTED)
+
+
+def test_learning_from_a_learned_file_replaces_its_head():
+    first = learn(GRAMMAR, high, 16, pool=Pool(0, 200)).learned
+    both = Grammar.parse(first.text.replace("Lot --> extrude(9) High", "Lot --> 40% : extrude(9) High else : Low"))
+    again = learn(both, high, 16, pool=Pool(0, 200)).learned.text
+    assert both.text.startswith("// Learned by")
+    assert again.count("Learned by grammarlab") == 1
+    assert len(re.findall(r"^// Method ", again, re.MULTILINE)) == 1
+
+
+def test_comments_of_the_original_are_kept():
+    text = "// Learned by grammarlab 1\n//\n// Method compile\n\n// Houses\n\n// of Old Town\nLot --> Low"
+    assert without_earlier_head(text) == text
+    assert without_earlier_head(f"// own\n\n{text}") == "// own\n\n// Houses\n\n// of Old Town\nLot --> Low"
