@@ -78,6 +78,7 @@ def compile_density(
     cap: int | None = None,
     max_ways: int = MAX_WAYS,
     step: float = EXACT,
+    min_share: float = 0.0,
     header: Sequence[str] = (),
     assets: Path | None = None,
 ) -> LearnedGrammar:
@@ -93,6 +94,7 @@ def compile_density(
         cap: counts of this or more are treated as equal; by default only in recursive grammars.
         max_ways: largest number of alternatives of the split symbols.
         step: probabilities are rounded to multiples of this: the density is then only near the target density.
+        min_share: less probable branches may be left out (`grammarlab.density.exact.trimming`).
         header: lines of a comment at the top of the new file.
         assets: folder of meshes and images, for sampling.
 
@@ -115,7 +117,7 @@ def compile_density(
     )
     if not total > 0.0:
         raise GrammarlabError(_nothing_liked(automaton, readings.counted))
-    written = write(grammar, splitting, weights, header, step=step)
+    written = write(grammar, splitting, weights, header, step=step, min_share=min_share)
     return LearnedGrammar(
         text=written.text,
         original=grammar,

@@ -13,6 +13,7 @@ from grammarlab.density.exact.attributes import AttributeParts, drawn_range, lea
 from grammarlab.density.exact.inside import InsideWeights, branch_weights
 from grammarlab.density.exact.naming import AbstractNames, SplitNames
 from grammarlab.density.exact.splitting import PLAIN, Splitting, Variant, Way
+from grammarlab.density.exact.trimming import Trimming, Ways
 from grammarlab.density.grammar_skeleton import Alternative, Cases, Chance, leaves
 from grammarlab.density.grammar_skeleton import Body as Original
 from grammarlab.density.rounding import EXACT, rounded, rounded_parts
@@ -82,6 +83,7 @@ def write(
     header: Sequence[str],
     names: Callable[[Splitting, Collection[str]], AbstractNames] = SplitNames,
     step: float = EXACT,
+    min_share: float = 0.0,
 ) -> WrittenGrammar:
     """The grammar of a splitting.
 
@@ -92,20 +94,31 @@ def write(
         header: lines of a comment at the top of the file.
         names: finds names for variants, given the used names.
         step: probabilities are multiples of this (`grammarlab.density.rounding`).
+        min_share: less probable branches may be left out (`grammarlab.density.exact.trimming`).
     """
-    return _GrammarWriter(grammar, splitting, weights, names(splitting, _identifiers(grammar)), step).run(header)
+    words, trimming = names(splitting, _identifiers(grammar)), Trimming(splitting, weights, min_share)
+    return _GrammarWriter(grammar, splitting, weights, words, step, trimming).run(header)
 
 
 class _GrammarWriter:
     def __init__(
-        self, grammar: Grammar, splitting: Splitting, weights: InsideWeights, words: AbstractNames, step: float
+        self,
+        grammar: Grammar,
+        splitting: Splitting,
+        weights: InsideWeights,
+        words: AbstractNames,
+        step: float,
+        trimming: Trimming,
     ) -> None:
         self.grammar = grammar
+        self.trimming = trimming
+        self.ways: dict[int, Ways] = {}
+        """The written ways of variants, by the identity of the variant."""
         self.step = step
         self.splitting = splitting
         self.weights = weights
         self.tree = splitting.automaton.components.tree
-        self.components = tuple(_components(splitting, weights, step))
+        self.components = tuple(_components(splitting, weights, step, trimming))
         self.mixed = len(self.components) > 1
         self.branching = len({component.start for component in self.components}) > 1
         """Whether the start rule has a branch for each component; otherwise they differ in attributes only."""
@@ -180,11 +193,17 @@ class _GrammarWriter:
         else:
             dropped = isinstance(body, Chance) and body.probabilities is not None
             for branch in body.branches:
-                if not dropped or self.weights.body(variant, branch) > 0.0:
+                if not dropped or self._is_written(variant, branch):
                     yield from self._children(variant, branch)
 
-    def _ways(self, variant: Variant, body: Alternative) -> list[Way]:
-        return [way for way in variant.ways.get(body.branch, ()) if self.weights.way(way) > 0.0]
+    def _ways(self, variant: Variant, body: Alternative) -> tuple[Way, ...]:
+        if id(variant) not in self.ways:
+            self.ways[id(variant)] = self.trimming.ways(variant)
+        return self.ways[id(variant)].get(body.branch, ())
+
+    def _is_written(self, variant: Variant, branch: Original) -> bool:
+        """Whether a branch of a choice with percentages is not left out."""
+        return any(self._ways(variant, alternative) for alternative in leaves(branch))
 
     def _follow_plain(self, *keys: SymbolKey) -> None:
         queue = [key for key in keys if key not in self.plain]
@@ -201,9 +220,12 @@ class _GrammarWriter:
         for key, numbers in self.named.items():
             free = key not in self.plain and not (key == start and self.branching)
             numbers.sort(key=lambda number: number not in lone_start)
-            for number in numbers:
-                alone = free and (len(numbers) == 1 or number in lone_start)
-                self.name[number] = key[0] if alone else self.words.name(self.splitting.variants[number])
+            alone = [n for n in numbers if free and (len(numbers) == 1 or n in lone_start)]
+            self.name |= dict.fromkeys(alone, key[0])
+            others = [number for number in numbers if number not in alone]
+            variants = [self.splitting.variants[number] for number in others]
+            names = self.words.names(variants, [self.trimming.ways(variant) for variant in variants])
+            self.name |= dict(zip(others, names, strict=True))
         if self.branching:
             self.start_name = self.words.fresh(f"{start[0]}_mixture") if start in self.plain else start[0]
         else:
@@ -269,7 +291,12 @@ class _GrammarWriter:
 
     def _branch_weights(self, variant: Variant, chance: Chance) -> Floats:
         base_weights = branch_weights(chance, self.splitting.base) or (1.0,) * len(chance.branches)
-        return np.array([w * self.weights.body(variant, b) for w, b in zip(base_weights, chance.branches, strict=True)])
+        return np.array(
+            [
+                w * self.weights.body(variant, b) if self._is_written(variant, b) else 0.0
+                for w, b in zip(base_weights, chance.branches, strict=True)
+            ]
+        )
 
     def _body(self, variant: Variant, body: Original) -> Body:
         """The choices of a rule in a variant."""
@@ -294,17 +321,23 @@ class _GrammarWriter:
         return Text(alternative.branch or (), names)
 
 
-def _components(splitting: Splitting, weights: InsideWeights, step: float) -> Iterator[Mixed]:
-    """The components with a weight above 0, their probabilities summing to 1."""
+def _components(splitting: Splitting, weights: InsideWeights, step: float, trimming: Trimming) -> Iterator[Mixed]:
+    """The components with a weight above 0 that are not left out, their probabilities summing to 1."""
     base_probabilities = [a.probabilities if splitting.base == "grammar" else a.shares for a in splitting.attributes]
     summands: list[tuple[float, tuple[Floats, ...], int]] = []
+    outside: list[float] = []
     for component in splitting.components:
         drawn = [p * future for p, future in zip(base_probabilities, component.attributes, strict=True)]
         weight = component.weight * weights.of(component.start) * float(np.prod([d.sum() for d in drawn]))
         if weight > 0.0:
-            summands.append((weight, tuple(d / d.sum() for d in drawn), component.start))
+            futures = zip(drawn, component.attributes, strict=True)
+            parts = tuple(trimming.parts(d / d.sum(), future) for d, future in futures)
+            summands.append((weight, parts, component.start))
+            outside.append(component.weight)
     total = sum(weight for weight, _, _ in summands)
-    shares = rounded([weight / total for weight, _, _ in summands], step)
+    probabilities = trimming.parts(np.array([weight / total for weight, _, _ in summands]), np.array(outside))
+    summands = [summand for summand, probability in zip(summands, probabilities, strict=True) if probability > 0.0]
+    shares = rounded(probabilities[probabilities > 0.0].tolist(), step)
     for share, (_, drawn, start) in zip(shares, summands, strict=True):
         parts = zip(splitting.attributes, drawn, strict=True)
         yield Mixed(

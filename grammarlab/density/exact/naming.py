@@ -1,26 +1,33 @@
-"""Names for split symbols, and their conditions in words."""
+"""Names for split symbols after what distinguishes them, and their conditions in words."""
 
 from __future__ import annotations
 
-import re
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Ints
 from grammarlab.density.exact.splitting import Splitting, Variant
 from grammarlab.density.exact.subtree_counts import Component, Deep, tops
-from grammarlab.density.grammar_skeleton import leaves
+from grammarlab.density.exact.trimming import Ways
+from grammarlab.density.exact.words import counted, number_of, plural, shared, short
+from grammarlab.density.grammar_skeleton import Alternative, leaves
 from grammarlab.features.patterns.pattern import Pattern
 from grammarlab.language.numbering import SymbolKey
 
 _MAX_LENGTH = 40
 """Characters of a suffix."""
 _MAX_WORDS = 3
-"""Largest number of kinds of trees in a name."""
+"""Largest number of branches in a name."""
+_MAX_CONDITIONS = 2
+"""Largest number of parts in a name whose numbers distinguish it."""
 _MAX_STATES = 4
 """Largest number of kinds of trees in a comment; of more only the number is given."""
+_LIKE = 0.02
+"""Correlation of a weight with a number below which the number does not say what is preferred."""
 
 
 class AbstractNames(ABC):
@@ -35,9 +42,19 @@ class AbstractNames(ABC):
         self._splitting = splitting
         self._used = set(used)
 
-    def name(self, variant: Variant) -> str:
-        """A new name for a variant: ``GroundFloor_office``."""
-        return self.fresh(f"{variant.key[0]}_{self.suffix(variant)}")
+    def names(self, variants: Sequence[Variant], ways: Sequence[Ways]) -> list[str]:
+        """New names for variants of one symbol: ``GroundFloor_office``, ``House_three_storeys``.
+
+        Args:
+            variants: the variants.
+            ways: what the rule of each has.
+        """
+        suffixes = [self.suffixes(variant, way) for variant, way in zip(variants, ways, strict=True)]
+        chosen = [
+            _distinct(own, [other for index, other in enumerate(suffixes) if index != number])
+            for number, own in enumerate(suffixes)
+        ]
+        return [self.fresh(f"{variant.key[0]}_{suffix}") for variant, suffix in zip(variants, chosen, strict=True)]
 
     def fresh(self, base: str) -> str:
         """This name, with a number if it is used; the result is marked as used."""
@@ -49,16 +66,39 @@ class AbstractNames(ABC):
         return name
 
     @abstractmethod
-    def suffix(self, variant: Variant) -> str:
-        """Suffix that distinguishes a variant from its symbol."""
+    def suffixes(self, variant: Variant, ways: Ways) -> list[str]:
+        """Suffixes that distinguish a variant from its symbol, best first; at least one.
+
+        Args:
+            variant: the variant.
+            ways: what its rule has.
+        """
 
     @abstractmethod
     def condition(self, variant: Variant) -> str:
         """Description of the trees of a variant: ``with GroundFloorOffice``."""
 
 
+def _distinct(own: Sequence[str], others: Sequence[Sequence[str]]) -> str:
+    """The best suffix that no sibling has, or two that are together different; the best one if there is none."""
+    pairs = [f"{first}_{second}" for first in own[:1] for second in own[1:]]
+    for suffix in (*own, *pairs):
+        if len(suffix) <= _MAX_LENGTH and all(suffix not in other for other in others):
+            return suffix
+    best = next((suffix for suffix in own if len(suffix) <= _MAX_LENGTH), own[0])
+    return best[:_MAX_LENGTH].rstrip("_")
+
+
+class _Number(NamedTuple):
+    """What the number of one part says about a variant."""
+
+    states: NDArray[np.bool_]
+    """States with a number of the part that the variant allows."""
+    text: str
+
+
 class SplitNames(AbstractNames):
-    """Names variants after the states with positive outside weight."""
+    """Names variants after the branches that they have, or after the numbers of parts that have outside weight."""
 
     def __init__(self, splitting: Splitting, used: Collection[str]) -> None:
         super().__init__(splitting, used)
@@ -80,15 +120,87 @@ class SplitNames(AbstractNames):
         """The chosen states; the state without counts comes last."""
         return sorted(np.flatnonzero(chosen).tolist(), key=lambda state: not list(self._counts(variant, state)))
 
-    def suffix(self, variant: Variant) -> str:
-        allowed = self._order(variant, variant.future > 0.0)
-        refused = self._order(variant, variant.future <= 0.0)
-        if len(refused) == 1 < len(allowed):
-            return f"not_{self._word(variant, refused[0])}"[:_MAX_LENGTH]
-        words = "_or_".join(dict.fromkeys(self._word(variant, state) for state in allowed[:_MAX_WORDS]))
-        if len(allowed) <= _MAX_WORDS and len(words) <= _MAX_LENGTH:
-            return words
-        return "some" if refused else "weighted"
+    def suffixes(self, variant: Variant, ways: Ways) -> list[str]:
+        found = [self._by_branches(variant, ways), self._by_numbers(variant), self._by_weights(variant)]
+        return list(dict.fromkeys(filter(None, found))) or ["learned"]
+
+    def _by_branches(self, variant: Variant, ways: Ways) -> str:
+        """The branches of its rule, if these are few, or the only one that it lacks."""
+        alternatives = [a for a in self._components.tree.alternatives(variant.key) if a.branch is not None]
+        words = _branch_words(variant.key[0], alternatives)
+        is_kept = [bool(ways.get(alternative.branch)) for alternative in alternatives]
+        present = [word for word, kept in zip(words, is_kept, strict=True) if kept]
+        absent = [word for word, kept in zip(words, is_kept, strict=True) if not kept]
+        if not absent or not all(words) or len(set(words)) < len(words):
+            return ""
+        if len(absent) == 1 < len(present):
+            return f"not_{absent[0]}"
+        return "_or_".join(present) if len(present) <= _MAX_WORDS else ""
+
+    def _by_numbers(self, variant: Variant) -> str:
+        """The numbers of parts below it, as far as these distinguish the trees that it allows."""
+        allowed = variant.future > 0.0
+        rest, words = np.ones(len(allowed), dtype=np.bool_), list[str]()
+        numbers = list(self._numbers(variant, allowed))
+        while numbers and len(words) < _MAX_CONDITIONS and (rest & ~allowed).any():
+            best = min(numbers, key=lambda number: (int((rest & number.states).sum()), len(number.text), number.text))
+            if (rest & best.states).sum() == rest.sum():
+                break
+            rest, words = rest & best.states, [*words, best.text]
+        return "_".join(words)
+
+    def _by_weights(self, variant: Variant) -> str:
+        """The part whose number is most preferred, or avoided."""
+        strongest: tuple[float, str] = _LIKE, "weighted"
+        for component, column in self._columns(variant):
+            strength = float(np.corrcoef(variant.future, column)[0, 1]) if np.ptp(variant.future) > 0.0 else 0.0
+            word = self._word(component, variant.key[0])
+            if column.max() == 1:
+                text = f"{'mostly' if strength > 0.0 else 'rarely'}_{word}"
+            else:
+                text = f"{'more' if strength > 0.0 else 'fewer'}_{plural(word)}"
+            if abs(strength) > strongest[0] + 1e-9:
+                strongest = abs(strength), text
+        return strongest[1]
+
+    def _numbers(self, variant: Variant, allowed: NDArray[np.bool_]) -> Iterator[_Number]:
+        """What the numbers of parts say about a variant, as far as they exclude something."""
+        for component, column in self._columns(variant):
+            possible, some = np.unique(column).tolist(), np.unique(column[allowed])
+            text = counted(self._word(component, variant.key[0]), set(some.tolist()), possible)
+            if text:
+                yield _Number(np.isin(column, some), text)
+
+    def _columns(self, variant: Variant) -> Iterator[tuple[Component, Ints]]:
+        """Components that differ between the states of a variant, with their values [S]."""
+        states = self._splitting.automaton.states[variant.key]
+        for i, column in self._varying(variant).items():
+            yield self._components.all[i], states[:, column]
+
+    def _word(self, component: Component, symbol: str) -> str:
+        """A component as a part of a name of a split symbol."""
+        if isinstance(component, Deep):
+            return self._short(component.below.run[-1], symbol)
+        first, *others = tops(component)
+        common = shared([self._named(pattern) for pattern in (first, *others)]) if others else ""
+        return common or self._short(first, symbol)
+
+    def _named(self, pattern: Pattern) -> str:
+        """The symbol that a pattern is about: that of its lowest node, or of what only its branch makes."""
+        while pattern.below:
+            pattern = pattern.below[-1].run[-1]
+        return (
+            (self._unique_successor(pattern) if pattern.branch and pattern.symbol else "") or pattern.symbol or "part"
+        )
+
+    def _short(self, pattern: Pattern, symbol: str) -> str:
+        """A word for a pattern inside the name of a symbol: ``GroundFloorOffice`` is ``office`` in ``GroundFloor``."""
+        named = self._named(pattern)
+        word = short(named, symbol)
+        while pattern.below:
+            pattern = pattern.below[-1].run[-1]
+        is_branch = bool(pattern.branch) and named in (pattern.symbol, "part")
+        return f"{word}_{'_'.join(map(str, pattern.branch or ()))}" if is_branch else word
 
     def _state(self, variant: Variant, state: int) -> str:
         """Description of a state."""
@@ -101,11 +213,6 @@ class SplitNames(AbstractNames):
         absent = [self._text(self._components.all[i]) for i in self._varying(variant)]
         more = f" or {len(absent) - _MAX_STATES} others" if len(absent) > _MAX_STATES else ""
         return "without " + " or ".join(absent[:_MAX_STATES]) + more
-
-    def _word(self, variant: Variant, state: int) -> str:
-        """A state as a part of a name."""
-        words = [self._short(_top(component), variant.key[0]) for component, _ in self._counts(variant, state)]
-        return "_".join(list(dict.fromkeys(words))[:2]) or "other"
 
     def _counts(self, variant: Variant, state: int) -> Iterator[tuple[Component, int]]:
         """The components that are above zero in a state, without those that are the same in all states."""
@@ -147,20 +254,22 @@ class SplitNames(AbstractNames):
         unique = sorted(set.intersection(*inside) - outside) if inside else []
         return unique[0] if len(unique) == 1 else ""
 
-    def _short(self, pattern: Pattern, symbol: str) -> str:
-        """A word for a pattern inside the name of a symbol: ``GroundFloorOffice`` is ``office`` in ``GroundFloor``."""
-        while pattern.below:
-            pattern = pattern.below[-1].run[-1]
-        child = self._unique_successor(pattern) if pattern.branch and pattern.symbol else ""
-        word = re.sub(r"\W", "", child or pattern.symbol or "any")
-        for cut in (word.removeprefix(symbol), word.removesuffix(symbol)):
-            if cut and cut != word and re.match(r"[^\W\d]", cut):
-                word = cut
-                break
-        if pattern.branch and not child:
-            word += "_".join(map(str, pattern.branch))
-        return word[:1].lower() + word[1:]
 
-
-def _top(component: Component) -> Pattern:
-    return component.below.run[-1] if isinstance(component, Deep) else tops(component)[0]
+def _branch_words(symbol: str, alternatives: Sequence[Alternative]) -> list[str]:
+    """[n] a word for each branch of a rule: what only it makes, or how many of it; empty if nothing says it."""
+    made = [
+        {s.key[0]: sum(o.copies or 1 for o in a.successors if o.key == s.key) for s in a.successors}
+        for a in alternatives
+    ]
+    words: list[str] = []
+    for number, own in enumerate(made):
+        others = [other for index, other in enumerate(made) if index != number]
+        only = [name for name in own if not any(name in other for other in others)]
+        counts = [name for name in own if all(other.get(name, 0) != own[name] for other in others)]
+        if only:
+            words.append(short(only[0], symbol))
+        elif counts:
+            words.append(number_of(short(counts[0], symbol), own[counts[0]]))
+        else:
+            words.append("" if own else "nothing")
+    return words

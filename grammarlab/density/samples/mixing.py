@@ -12,6 +12,7 @@ from grammarlab.density.exact.automaton import Automaton
 from grammarlab.density.exact.naming import AbstractNames
 from grammarlab.density.exact.splitting import PLAIN, Component, Splitting, Variant, Way, snapped
 from grammarlab.density.exact.subtree_counts import PatternComponents
+from grammarlab.density.exact.trimming import Ways
 from grammarlab.density.grammar_skeleton import Alternative
 from grammarlab.density.samples.choices import Choices
 from grammarlab.density.samples.mixture import Mixture
@@ -38,11 +39,11 @@ class ContextNames(AbstractNames):
     def _mixed(self) -> bool:
         return len(self._splitting.components) > 1
 
-    def suffix(self, variant: Variant) -> str:
+    def suffixes(self, variant: Variant, ways: Ways) -> list[str]:
         above = _edges(variant)
         where = f"in_{above[-1][0][0]}" if above else "there" if _conditions(variant) else ""
         number = f"{variant.component + 1}" if self._mixed and isinstance(variant, ContextVariant) else ""
-        return "_".join(word for word in (where, number) if word) or "learned"
+        return ["_".join(word for word in (where, number) if word) or "learned"]
 
     def condition(self, variant: Variant) -> str:
         words: list[str] = []

@@ -109,6 +109,7 @@ class Target:
         header: Sequence[str] = (),
         max_ways: int = MAX_WAYS,
         step: float = EXACT,
+        min_share: float = 0.0,
     ) -> LearnedGrammar:
         """The exact grammar of the density.
 
@@ -117,12 +118,14 @@ class Target:
             header: lines of a comment at the top of the new file.
             max_ways: largest number of alternatives of the split symbols.
             step: probabilities are rounded to multiples of this.
+            min_share: less probable branches may be left out (`grammarlab.density.exact.trimming`).
 
         Raises:
             InexactError: If there is none, or it would be too large; it states the reason.
             GrammarlabError: If the preference is 0 for every model, or no derivation ends.
         """
         options: dict[str, Any] = {"forest": forest, "header": header, "max_ways": max_ways, "step": step}
+        options["min_share"] = min_share
         return compile_density(self.grammar, self.reads, self.preference, base=self.base, assets=self.assets, **options)
 
 

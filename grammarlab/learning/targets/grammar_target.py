@@ -11,6 +11,7 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.density.exact.compile import Exactness
 from grammarlab.density.exact.learned import LearnedGrammar
+from grammarlab.density.exact.trimming import MAX_LIKED
 from grammarlab.density.grammar_skeleton import MAX_EXAMINED_MODELS
 from grammarlab.density.samples import sampled
 from grammarlab.density.samples.sampled import compile_nearest
@@ -19,6 +20,7 @@ from grammarlab.density.targets.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
+from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.accepting_target import ReadableSampler, smallest
@@ -32,6 +34,8 @@ LearnedSampler = LearnedGrammar | RejectionSampler
 
 METHODS = ("compile", *sampled.METHODS, "rejection")
 """Methods; rejection makes no grammar."""
+_MAX_LIKED = 500
+"""Largest number of liked models that a file is checked to make."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,9 @@ class GrammarWriter(AbstractTargetWriter[Forest]):
         target = Target(space.grammar, (), _alike, making.base, assets=space.assets)
         columns = GrammarColumns.of(space, study, state, predicted, Exactness(space.grammar, forest))
         header = head(lines, predicted, seed)
-        density = PoolDensity.of(target, columns, study.tables(state.wide).pool_designs, predicted.scores)
+        density = PoolDensity.of(
+            target, columns, study.tables(state.wide).pool_designs, predicted.scores, _liked(space, state)
+        )
         if method != "compile" and space.acceptance is not None:
             raise UsageError(f"method {method!r} would lose the acceptance rule of this file: use compile.")
         if method == "compile":
@@ -110,6 +116,18 @@ def learn_target(
         return reject(target, num_pilot=num_samples, **options)
     chosen = cast(sampled.Method, method)
     return sampled.learn(target, chosen, num_samples=num_samples, header=header(method), **options)
+
+
+def _liked(space: GrammarSpace, state: State) -> Forest | None:
+    """The models with the highest scores of a factor, if no other factor has given them a low one."""
+    liked: dict[Address, bool] = {}
+    for name in state.liked:
+        answers = state.answers[name].scored
+        low = MAX_LIKED * answers.scores.max(initial=0.0)
+        for design, score in zip(answers.designs, answers.scores.tolist(), strict=True):
+            liked[design] = liked.get(design, True) and score >= low > 0.0
+    designs = sorted(design for design, is_liked in liked.items() if is_liked)[:_MAX_LIKED]
+    return space.derive(designs) if designs else None
 
 
 def _alike(values: Floats) -> Floats:

@@ -19,7 +19,7 @@ from grammarlab.features.model_score import Score
 from grammarlab.learning.designs.pool import PoolDesigns
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.grammar_columns import GrammarColumns
-from grammarlab.learning.targets.simplification import TOLERANCE, simpler
+from grammarlab.learning.targets.simplification import simpler
 from grammarlab.preference.simplified import SimplifiedPreference
 
 MAX_LEAVES = 128
@@ -34,6 +34,10 @@ _PERCENTAGE_STEPS = (0.05, 0.01, 0.001, 0.0001)
 """Candidate steps of percentages, roundest first."""
 _MAX_ROUNDING_JS = 1e-4
 """Largest loss in nats by round percentages."""
+_MIN_SHARES = (0.02, 0.01, 0.005, 0.002, 0.001)
+"""Candidate probabilities of the branches that may be left out, largest first."""
+_MAX_TRIMMING_JS = 1e-3
+"""Largest change of the density in nats, and largest loss, by branches that are left out."""
 
 
 class Simple(NamedTuple):
@@ -57,13 +61,26 @@ class PoolDensity:
     """[m] predicted scores, at least one above 0."""
     weights: Floats
     """[m] importance weight of each model of the pool under the base."""
+    liked: Forest | None = None
+    """Models that the person likes, which no file may leave out; None if there are none."""
 
     @classmethod
     def of(
-        cls, target: Target, columns: GrammarColumns, pool_designs: PoolDesigns[Forest], scores: Floats
+        cls,
+        target: Target,
+        columns: GrammarColumns,
+        pool_designs: PoolDesigns[Forest],
+        scores: Floats,
+        liked: Forest | None = None,
     ) -> PoolDensity:
         ratio = 1.0 if target.even is None else np.concatenate([target.even.ratio(f) for f in pool_designs.batches])
-        return cls(target, columns, pool_designs, scores, pool_designs.weights * ratio)
+        return cls(target, columns, pool_designs, scores, pool_designs.weights * ratio, liked)
+
+    def keeps_liked(self, exact: LearnedGrammar, trimmed: LearnedGrammar) -> bool:
+        """Whether a grammar without some branches makes all liked models that the exact one makes."""
+        if self.liked is None:
+            return True
+        return bool((trimmed.ratio(self.liked)[exact.ratio(self.liked) > 0.0] > 0.0).all())
 
     def simple(self, exact_only: bool, max_leaves: int = MAX_LEAVES) -> Iterator[Simple]:
         """Simple functions of the columns from `simpler`, without those whose text is too long."""
@@ -119,7 +136,9 @@ def rules_if_few(learned: LearnedGrammar, most: int) -> int:
 def rounded_off(
     density: PoolDensity, target: Target, forest: Forest, header: Sequence[str], exact: LearnedGrammar, others: Floats
 ) -> LearnedGrammar:
-    """Grammar with the roundest percentages that hardly change its density; unchanged for the base uniform.
+    """Grammar without rare branches that do not matter, with the roundest percentages that hardly change its density.
+
+    For the base uniform it is unchanged.
 
     Args:
         density: the predicted density.
@@ -131,11 +150,26 @@ def rounded_off(
     """
     if target.base == "uniform":
         return exact
-    exact_ratio = others * np.concatenate([exact.ratio(models) for models in density.pool_designs.batches])
+    batches, weights = density.pool_designs.batches, density.pool_designs.weights
+
+    def ratio_of(grammar: LearnedGrammar) -> Floats:
+        return others * np.concatenate([grammar.ratio(models) for models in batches])
+
+    best, ratio, min_share = exact, ratio_of(exact), 0.0
+    most = agreement(density.scores, ratio, weights).js + _MAX_TRIMMING_JS
+    for share in _MIN_SHARES:
+        trimmed = target.compiled(forest, header, min_share=share)
+        if trimmed.text == best.text:
+            break  # so are those of the smaller shares
+        trimmed_ratio = ratio_of(trimmed)
+        change, loss = (agreement(before, trimmed_ratio, weights).js for before in (ratio, density.scores))
+        if change <= _MAX_TRIMMING_JS and loss <= most and density.keeps_liked(exact, trimmed):
+            best, ratio, min_share = trimmed, trimmed_ratio, share
+            break
     for step in _PERCENTAGE_STEPS:
-        rounded = target.compiled(forest, header, step=step)
-        ratio = others * np.concatenate([rounded.ratio(models) for models in density.pool_designs.batches])
-        moved = agreement(exact_ratio, ratio, density.pool_designs.weights).js
-        if moved <= _MAX_ROUNDING_JS and agreement(density.scores, ratio, density.pool_designs.weights).js <= TOLERANCE:
+        rounded = target.compiled(forest, header, step=step, min_share=min_share)
+        rounded_ratio = ratio_of(rounded)
+        moved = agreement(ratio, rounded_ratio, weights).js
+        if moved <= _MAX_ROUNDING_JS and agreement(density.scores, rounded_ratio, weights).js <= most:
             return rounded
-    return exact
+    return best

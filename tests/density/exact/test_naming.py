@@ -1,0 +1,79 @@
+"""Names of split symbols: they say what distinguishes them, and are valid and unique for any symbols."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from grammarlab.density.exact.compile import compile_density
+from grammarlab.derivation.derive import derive
+from grammarlab.features.patterns.counts import count
+from grammarlab.features.patterns.pattern_text import parse
+from grammarlab.language.checking.check import check_text
+from grammarlab.language.grammar import Grammar
+from grammarlab.runs.sample.checks import SUPPORTED
+
+STREET = """@StartRule
+Street --> [ House ] [ t(9, 0, 0) House ]
+House --> 30% : Storey Roof 30% : Storey Storey Roof 20% : Storey Storey Storey Roof else : Shed
+Storey --> 50% : extrude(3) StoreyBrick else : extrude(3) Plaster.
+Roof --> 40% : RoofFlat 40% : RoofHip else : RoofGable
+RoofFlat --> Tar.
+RoofHip --> Tiles.
+RoofGable --> Tiles.
+Shed --> Wood.
+StoreyBrick --> 80% : Red. else : Yellow.
+"""
+
+
+def learned(reads, preference, text=STREET):
+    grammar = Grammar.parse(text)
+    return compile_density(grammar, [parse(read) for read in reads], preference, forest=derive(grammar, 300, 1))
+
+
+def new_names(text, before=STREET):
+    return set(Grammar.parse(text).rules) - set(Grammar.parse(before).rules)
+
+
+def names_of(reads, preference):
+    return {name for name, _ in new_names(learned(reads, preference).text)}
+
+
+def test_counts_of_parts_name_a_symbol():
+    left, right = "Street[House@0 > Storey]", "Street[House@1 > Storey]"
+    assert names_of([left, right], lambda v: (v[:, 0] == 3) & (v[:, 1] < 3)) >= {"House_three_storeys"}
+    assert "House_shed" in names_of([left, right], lambda v: (v[:, 0] == 0) & (v[:, 1] > 0))
+
+
+def test_branches_name_a_symbol():
+    first, second = "Street[House@0 >> RoofFlat]", "Street[House@0 >> RoofHip]"
+    names = names_of([first, second], lambda v: 1.0 * (v[:, 0] > 0))
+    assert "Roof_flat" in names
+    assert "Roof_not_hip" in names_of([first, second], lambda v: 1.0 * (v[:, 1] == 0))
+
+
+def test_preferences_of_what_is_all_possible_name_a_symbol():
+    names = names_of(["Street[House@0 >> RoofHip]", "Street[House@1 >> RoofHip]"], lambda v: 1.0 + 3.0 * v[:, 0])
+    assert names == {"House_mostly_roofHip", "Roof_mostly_hip"}
+
+
+ODD = ("日本Wall", "Ünder_Öl", "_", "__", "case_", "A" * 200, "A" * 199 + "B", "İx", "attr1", "House_no_x", "NILs")
+NAMES = ("House", "Storey", "Roof", "RoofFlat", "RoofHip", "RoofGable", "Shed", "StoreyBrick")
+READS = ("Street[House@0 > Storey]", "Street[House@1 > Shed]", "Street[House@0 >> RoofHip]")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_odd_names_stay_valid_and_unique(seed):
+    random = np.random.default_rng(seed)
+    odd = dict(zip(NAMES, random.permutation(ODD).tolist(), strict=False))
+    text, *reads = (re.sub(r"\w+", lambda match: odd.get(match[0], match[0]), each) for each in (STREET, *READS))
+    values = random.random(5)
+    found = learned(reads, lambda v: values[(v @ [1, 2, 3] % 5).astype(int)] * (v[:, 0] != 1), text)
+    assert check_text(found.text, "learned.cga", SUPPORTED) == ()
+    # Each definition is a rule of its own: none has the name of another one.
+    heads = re.findall(r"^(\w+) -->", found.text, re.MULTILINE)
+    assert len(NAMES) <= len(heads) == len(set(heads)) == len(found.grammar.rules)
+    assert max(map(len, heads)) <= max(map(len, odd.values())) + 45
+    assert (count(found.sample(50, 1), [parse(reads[0])]) != 1).all()
