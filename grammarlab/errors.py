@@ -6,7 +6,8 @@ GrammarlabError
 ├── DerivationError        a rule that cannot be applied to a shape: has a location
 │   └── BudgetError        too many shapes, or too deep
 ├── AssetError             a mesh, image or footprint that is missing, broken or out of bounds
-│   └── MissingAssetError  a file that its folder lacks
+│   ├── MissingAssetError  a file that its folder lacks
+│   └── UnreadableAssetError  a mesh in its folder that is broken, too large, or in another format
 ├── TableError             a table of text that cannot be read: names the line
 ├── TomlError              a text that is not TOML: has line and column
 ├── XmlError               a text that is not XML, or declares entities: has line and column
@@ -253,3 +254,7 @@ class AssetError(GrammarlabError):
 
 class MissingAssetError(AssetError):
     """A file that is missing in an asset folder."""
+
+
+class UnreadableAssetError(AssetError):
+    """A mesh in an asset folder that is broken, too large, or in a format that is not read."""

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from grammarlab.assets.image_paths import INSIDE, image_beside
 from grammarlab.assets.mesh_parts import MeshPart, Neighbours, PartMaterial, as_one_mesh, welded
 from grammarlab.assets.srgb import srgb_from_linear
-from grammarlab.errors import AssetError, MissingAssetError
+from grammarlab.errors import AssetError, MissingAssetError, UnreadableAssetError
 from grammarlab.files import read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 
@@ -62,13 +62,19 @@ class AssetFolder:
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self._loaded: dict[str, Asset] = {}
+        self._loaded: dict[str, Asset | UnreadableAssetError] = {}
 
     def load(self, path: str) -> Asset:
         """The mesh in a file; see `load_asset`."""
         if path not in self._loaded:
-            self._loaded[path] = load_asset(path, self.root)
-        return self._loaded[path]
+            try:
+                self._loaded[path] = load_asset(path, self.root)
+            except UnreadableAssetError as error:
+                self._loaded[path] = error
+        asset = self._loaded[path]
+        if isinstance(asset, UnreadableAssetError):
+            raise asset
+        return asset
 
 
 class NeighbourFiles:
@@ -104,11 +110,15 @@ def load_asset(path: str, root: Path) -> Asset:
 
     Raises:
         MissingAssetError: If the folder has no such file.
-        AssetError: If it lies outside, is too large, or has no mesh.
+        UnreadableAssetError: If it is too large, has no mesh, or another format.
+        AssetError: If it lies outside.
     """
     file = find_asset(path, root)
     if file.suffix.lower() not in _ASSET_FORMATS:
-        raise AssetError(f'the asset "{path}" is not a readable mesh; expected {", ".join(_ASSET_FORMATS)}')
+        expected = ", ".join(_ASSET_FORMATS)
+        raise UnreadableAssetError(
+            f'the asset "{path}" is not a readable mesh; expected {expected}: export it as OBJ or GLB'
+        )
     parts = _read(file, path, root)
     mesh = as_one_mesh(parts)
     if file.suffix.lower() != ".obj":
@@ -152,7 +162,8 @@ def find_asset(path: str, root: Path) -> Path:
 
     Raises:
         MissingAssetError: If the folder has no such file.
-        AssetError: If it lies outside, or is too large.
+        UnreadableAssetError: If it is too large.
+        AssetError: If it lies outside.
     """
     for meaning in meanings(path):
         file, size = _look_up(root, meaning, path)
@@ -161,7 +172,7 @@ def find_asset(path: str, root: Path) -> Path:
     else:
         raise MissingAssetError(f'there is no asset "{path}" in the asset folder {root}')
     if size > MAX_BYTES:
-        raise AssetError(f'the asset "{path}" has {size} bytes, more than the {MAX_BYTES} that are read')
+        raise UnreadableAssetError(f'the asset "{path}" has {size} bytes, more than the {MAX_BYTES} that are read')
     return file
 
 
@@ -236,9 +247,9 @@ def _read(file: Path, name: str, root: Path) -> list[MeshPart]:
     try:
         parts = [part for part in read_parts(content, file.suffix.lower(), neighbours, MAX_FACES) if len(part.counts)]
     except AssetError as error:
-        raise AssetError(f'the asset "{name}" cannot be read: {error}') from error
+        raise UnreadableAssetError(f'the asset "{name}" cannot be read: {error}') from error
     if not parts:
-        raise AssetError(f'the asset "{name}" has no faces')
+        raise UnreadableAssetError(f'the asset "{name}" has no faces')
     return parts
 
 

@@ -131,12 +131,14 @@ class Reports:
 
 @dataclass(frozen=True, slots=True, order=True)
 class MissingAsset:
-    """A mesh that the asset folder lacks; a unit box replaces it."""
+    """A mesh that the asset folder lacks, or that cannot be read; a unit box replaces it."""
 
     path: str
     """Path in the rules."""
     location: Location
     """First place in the rule file that uses it."""
+    reason: str = ""
+    """Why it cannot be read, with its path; empty if the folder lacks it."""
 
 
 @dataclass(frozen=True, slots=True)

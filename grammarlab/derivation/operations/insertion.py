@@ -33,7 +33,7 @@ def i(call: BoundCall) -> Shapes:
     take the scale of the third, and if all three are 0 the mesh keeps its own size.
 
     An asset that the folder lacks becomes a unit box, so that derived shapes keep place and size (`Forest` names it).
-    The public reference does not cover this case; a broken file, or one outside the folder, is an error.
+    So does one that cannot be read. A path outside the folder is an error.
     """
     call = _bare(call)
     text = call.text(call.values[0])

@@ -87,9 +87,9 @@ class Recorder:
         """Record printed texts, up to a bound: a rule may print for every one of a million shapes."""
         self.prints += texts[: max(0, _MOST_PRINTS - len(self.prints))]
 
-    def add_missing_asset(self, path: str, location: Location) -> None:
-        """Record a missing asset and its place in the rules."""
-        self._missing_assets.add(MissingAsset(path, location))
+    def add_missing_asset(self, path: str, location: Location, reason: str = "") -> None:
+        """Record a missing asset and its place in the rules, or why it cannot be read."""
+        self._missing_assets.add(MissingAsset(path, location, reason))
 
     def add_warning(self, message: str, location: Location, hint: str = "") -> None:
         """Record what a derivation passed over, once per place."""

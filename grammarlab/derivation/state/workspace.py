@@ -23,7 +23,14 @@ from grammarlab.derivation.state.surroundings import Collector, Surroundings
 from grammarlab.derivation.state.texture_maps import TextureMapTable, map_name
 from grammarlab.derivation.state.width_attribute import StreetWidth, has_widths, widths_of_models
 from grammarlab.derivation.strings import StringTable
-from grammarlab.errors import AssetError, BudgetError, DerivationError, Location, MissingAssetError
+from grammarlab.errors import (
+    AssetError,
+    BudgetError,
+    DerivationError,
+    Location,
+    MissingAssetError,
+    UnreadableAssetError,
+)
 
 Code: TypeAlias = "Callable[[Shapes, Workspace], Value]"
 """A compiled expression."""
@@ -131,10 +138,10 @@ class Workspace:
         return value.take(shapes.model) if isinstance(value, np.ndarray) else value
 
     def asset(self, path: str, location: Location) -> Asset | None:
-        """A mesh from the asset folder; None, and a record of it, if the folder has no such file.
+        """A mesh from the asset folder; None, and a record of it, if the file is missing or cannot be read.
 
         Raises:
-            DerivationError: If there is no asset folder, or the file is broken or outside it.
+            DerivationError: If there is no asset folder, or the file is outside it.
         """
         if self.assets is None:
             hint = "give the folder of the meshes and images: --assets DIR, or in Python assets='DIR'"
@@ -143,6 +150,9 @@ class Workspace:
             return self.assets.load(path)
         except MissingAssetError:
             self.recorder.add_missing_asset(path, location)
+            return None
+        except UnreadableAssetError as error:
+            self.recorder.add_missing_asset(path, location, str(error))
             return None
         except AssetError as error:
             raise DerivationError(str(error), location) from error

@@ -13,7 +13,7 @@ from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.functions.asset_functions import matching_files
 from grammarlab.derivation.operations import BLOCKS, CHANGE_LOOKS, LEFT_OUT, OPERATIONS
-from grammarlab.errors import AssetError, Finding, LanguageError, MissingAssetError, UsageError
+from grammarlab.errors import AssetError, Finding, LanguageError, MissingAssetError, UnreadableAssetError, UsageError
 from grammarlab.features.accepted_models import annotations_of
 from grammarlab.files import file_hash
 from grammarlab.language.checking.check import CheckedFile, SupportedFeatures, check, check_files
@@ -101,22 +101,22 @@ def check_rules(path: Path, assets: Path) -> tuple[CheckedFile, ...]:
 
 
 def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding, ...]:
-    """One finding for each missing mesh.
+    """One finding for each mesh that is missing or cannot be read.
 
     Args:
         missing: the meshes.
         assets: the searched folder.
     """
-    return tuple(
-        Finding(
-            "warning",
-            "missing-asset",
-            f'there is no asset "{asset.path}" in the asset folder {assets}; a box stands in its place',
-            asset.location,
-            "say where the meshes are with `assets=DIR`",
-        )
-        for asset in missing
-    )
+    return tuple(_warning_of(asset, assets) for asset in missing)
+
+
+def _warning_of(asset: MissingAsset, assets: Path) -> Finding:
+    if asset.reason:
+        message, hint = f"{asset.reason}; a box stands in its place", "put another file there"
+        return Finding("warning", "bad-asset", message, asset.location, hint)
+    message = f'there is no asset "{asset.path}" in the asset folder {assets}; a box stands in its place'
+    hint = "say where the meshes are with `assets=DIR`"
+    return Finding("warning", "missing-asset", message, asset.location, hint)
 
 
 def grammar_to_run(text: str, file: str) -> Grammar:
@@ -220,6 +220,8 @@ def _findings(asset: MissingAsset, assets: Path) -> tuple[Finding, ...]:
         find_asset(asset.path, assets)
     except MissingAssetError:
         return warnings_of([asset], assets)
+    except UnreadableAssetError as error:
+        return warnings_of([replace(asset, reason=str(error))], assets)
     except AssetError as error:
         hint = "models that insert it fail: correct the path, or put another file there"
         return (Finding("warning", "bad-asset", str(error), asset.location, hint),)

@@ -263,7 +263,8 @@ def _model(values: Any) -> ModelRecord:
 
 
 def _missing_asset(values: Any) -> MissingAsset:
-    return MissingAsset(member(values, "path", str, "missing_assets"), _location(values, "missing_assets"))
+    path, reason = member(values, "path", str, "missing_assets"), of_kind(values.get("reason", ""), str, "reason")
+    return MissingAsset(path, _location(values, "missing_assets"), reason)
 
 
 def _warning(values: Any) -> Finding:

@@ -115,7 +115,16 @@ def test_assets_outside_their_folder_are_refused(tmp_path):
         sample('Lot --> i("../secret.obj")', assets=tmp_path / "assets")
 
 
-def test_broken_assets_are_refused(tmp_path):
-    (tmp_path / "broken.glb").write_bytes(b"glTF" + bytes(40))
-    with pytest.raises(DerivationError, match=r'<text>:1:9: .*"broken.glb"'):
-        sample('Lot --> i("broken.glb")', assets=tmp_path)
+@pytest.mark.parametrize(
+    ("name", "content", "reason"),
+    [("broken.glb", b"glTF" + bytes(40), "cannot be read"), ("tree.fbx", b"Kaydara", "export it as OBJ or GLB")],
+)
+def test_a_box_stands_for_an_asset_that_cannot_be_read(tmp_path, name, content, reason):
+    (tmp_path / name).write_bytes(content)
+    rules = f'Lot --> s(2, 3, 4) i("{name}") A i("{name}") B'
+    forest, boxes = sample(rules, assets=tmp_path), sample(rules.replace(name, "builtin:cube"))
+    assert forest.leaves.size.tolist() == boxes.leaves.size.tolist()
+    (bad,) = forest.missing_assets
+    assert (bad.path, bad.location.line, bad.location.column) == (name, 1, 20)
+    assert name in bad.reason
+    assert reason in bad.reason
