@@ -17,7 +17,7 @@ const NARROW = 620; // pixels of width below which grids stand one above the oth
 /**
  * The grids of thumbnails, which zoom and pan together.
  *
- * Tiles are made once and drawn again: another population, another order or 200 new scores only change what differs.
+ * Tiles are made once and drawn again: other models, another order or 200 new scores only change what differs.
  * @param {Page} page
  */
 export function makeDisplay(page) {

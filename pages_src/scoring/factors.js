@@ -52,7 +52,7 @@ export function makeFactors(page) {
       element(
         "p",
         {},
-        "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors.",
+        "A factor is one aspect of what you like, such as shape or colour. Models are learned that all factors like: their scores are multiplied.",
       ),
       nameForm("Create", "", (name) => {
         close();

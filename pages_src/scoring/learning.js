@@ -6,11 +6,11 @@ import { textButton } from "../shared/menu.js";
 /** @typedef {import("./types.js").Movement} Movement */
 /** @typedef {import("./types.js").Progress} Progress */
 
-/** Movement in nats below which more scores change little; twice in a row means that scoring may stop. */
-const SETTLED = 0.01;
+/** Change in nats below which more scores change little; twice in a row means that scoring may stop. */
+const LITTLE = 0.01;
 
 /**
- * Refitting, the movement of the density, and the features that the score depends on.
+ * Learning, how much each update changed what is learned, and what the score depends on.
  * @param {Page} page
  * @returns {import("./types.js").Part & { progress: (progress: Progress | null) => void }}
  */
@@ -66,14 +66,20 @@ export function makeLearning(page) {
 /** @param {State} state */
 function hintOf(state) {
   const [{ fresh, chart, gain, turn, active }, all] = [state, said(state)];
-  if (!all) return "Score some models, then update: the density follows your scores.";
+  if (!all) return "Score some models, then update: new models follow your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
-  const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
-  const more = gain === null ? "" : ` 16 more scores may gain about ${gain.toPrecision(1)} nats.`;
-  const next = turn && turn !== active ? ` Those of “${turn}” tell most.` : "";
-  const known = settled ? "the density has settled." : "the predictions know them all.";
+  const steady = last.length === 2 && last.every(({ js }) => js < LITTLE);
+  const more = gain === null ? "" : ` 16 more may change what is learned by ${asShare(gain)}.`;
+  const next = turn && turn !== active ? ` Those of “${turn}” tell the most.` : "";
+  const known = steady ? "the last updates changed little, so you may stop." : "the predictions know them all.";
   return `${all}; ${known}${more}${next}`;
+}
+
+/** A divergence as a share of the largest one, that of two kinds of models without a common one. @param {number} nats */
+function asShare(nats) {
+  const share = (100 * nats) / Math.LN2;
+  return `${share >= 10 ? Math.round(share) : Number(share.toPrecision(1))} %`;
 }
 
 /** Numbers of scores and comparisons, in words. @param {State} state */
@@ -94,17 +100,17 @@ function relevanceLine({ name, level, share }) {
   );
 }
 
-/** A small chart: movement of the density at each update, by number of labels. @param {Movement[]} movements */
+/** A small chart: how much each update changed what is learned, by number of scores. @param {Movement[]} movements */
 function drawChart(movements) {
   if (movements.length === 0) return [];
   const [width, height] = [260, 64];
-  const highest = Math.max(...movements.map(({ js }) => js), 2 * SETTLED);
+  const highest = Math.max(...movements.map(({ js }) => js), 2 * LITTLE);
   const most = movements[movements.length - 1].labels;
   const least = movements[0].labels;
   const points = movements.map(({ labels, js }) => ({
     x: most > least ? 4 + ((labels - least) / (most - least)) * (width - 8) : width / 2,
     y: height - 4 - (js / highest) * (height - 12),
-    words: `${labels} scores: moved by ${js.toPrecision(2)}`,
+    words: `${labels} scores: changed by ${asShare(js)}`,
   }));
   const line = svg("polyline", { class: "gl-line", points: points.map(({ x, y }) => `${x},${y}`).join(" ") });
   const dots = points.map(({ x, y, words }) => {
@@ -112,23 +118,22 @@ function drawChart(movements) {
     title.textContent = words;
     return svg("circle", { class: "gl-dot", cx: x, cy: y, r: 3 }, title);
   });
-  const floor = height - 4 - (SETTLED / highest) * (height - 12);
-  const settled = svg("line", { class: "gl-settled", x1: 0, x2: width, y1: floor, y2: floor });
+  const level = height - 4 - (LITTLE / highest) * (height - 12);
+  const little = svg("line", { class: "gl-little", x1: 0, x2: width, y1: level, y2: level });
   const { js } = movements[movements.length - 1];
-  const caption = `Last update moved the density by ${js.toPrecision(2)} nats`;
+  const caption = `The last update changed what is learned by ${asShare(js)}`;
   return [
     svg(
       "svg",
       { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": points.map(({ words }) => words).join("; ") },
-      settled,
+      little,
       line,
       ...dots,
     ),
     element(
       "figcaption",
       {
-        title:
-          "Jensen-Shannon divergence between the densities before and after; below the dashed line, updates change little",
+        title: "0 %: the same models as before; 100 %: none of them. Below the dashed line, updates change little",
       },
       caption,
     ),

@@ -51,12 +51,8 @@ export function makeResults(page) {
 
   async function learnGrammar() {
     const { result } = await page.channel.request("learn");
-    const { file, js, rules_before: before, rules_after: after, text } = result;
-    const told = [
-      `${file}: ${before} branches of rules became ${after}`,
-      typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
-      ".",
-    ].join("");
+    const { file, rules_before: before, rules_after: after, text } = result;
+    const told = `${file}: ${before} branches of rules became ${after}.`;
     const link = saveLink(file, [text], "text/plain");
     outcome.replaceChildren(element("p", {}, told), ...hints(result.notes), link);
     link.click();

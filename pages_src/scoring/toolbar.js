@@ -56,12 +56,12 @@ export function makeToolbar(page, display, pointer) {
 
   /** @param {() => void} close */
   function buildWays(close) {
-    return page.state.ways.map(({ name, says }) => {
-      const populate = () => {
+    return page.state.ways.map(({ name, label, says }) => {
+      const show = () => {
         close();
         void page.ask("populate", { way: name });
       };
-      return choice(name, says, populate, { checked: name === page.state.way });
+      return choice(label, says, show, { checked: name === page.state.way });
     });
   }
 
@@ -100,7 +100,7 @@ export function makeToolbar(page, display, pointer) {
 
   /** @param {State} state */
   function update(state) {
-    way.set(state.way);
+    way.set(state.ways.find(({ name }) => name === state.way)?.label ?? state.way);
     size.set(nameOf(state.layout));
     compare.ariaPressed = String(state.pairs !== null);
   }

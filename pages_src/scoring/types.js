@@ -17,9 +17,9 @@
  * @typedef {{ id: number, name: string, labels: number }} Factor known by its id, since other windows may rename it
  * @typedef {{ title: string, models: string[] }} Grid
  * @typedef {{ grids: number, rows: number, columns: number }} Layout
- * @typedef {{ name: string, says: string }} Way how to choose the models of grids
+ * @typedef {{ name: string, label: string, says: string }} Way how to choose the models of grids, and what it is called
  * @typedef {{ of?: string, stage: string, done: number, total: number }} Progress
- * @typedef {{ labels: number, js: number }} Movement JS divergence between the densities before and after an update, nats
+ * @typedef {{ labels: number, js: number }} Movement JS divergence between what was learned before and after an update, nats
  * @typedef {{ name: string, level: string, share: number }} Relevance
  *
  * @typedef {object} ModelPart a visible shape of a model

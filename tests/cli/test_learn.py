@@ -302,9 +302,9 @@ def test_a_page_says_what_rejection_would_accept(run, files, tmp_path, method):
     run("learn", grammar, "--scenario", scenario, *options)
     assert {file.name for file in folder.iterdir()} == REPORT
     text = (folder / "report.md").read_text()
-    assert "| divergence from what is liked | 0.2" in text
+    assert "| distance from what is liked | 36" in text
     assert "effective models of the 200 looked at" in text
-    assert ("density above the bound, cut off" if method == "rejection" else "that rejection would accept | 4") in text
+    assert ("share above the bound, cut off" if method == "rejection" else "that rejection would accept | 4") in text
 
 
 @pytest.fixture

@@ -99,7 +99,7 @@ def random_meshes(rng: np.random.Generator, num_meshes: int) -> Meshes:
 
 
 def assert_same(a: Any, b: Any, path: str = "forest") -> None:
-    """Two values of nested dataclasses and arrays are equal in type, dtype, shape and every bit of the fields that count for equality."""
+    """Two values are equal in type, dtype, shape and every bit, in all fields that count for equality."""
     assert type(a) is type(b), path
     if is_dataclass(a):
         for field in (field for field in fields(a) if field.compare):

@@ -14,6 +14,7 @@ from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import UsageError
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.patterns.pattern import Feature
+from grammarlab.language.display_names import DisplayNames
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
 from grammarlab.scene.instances import Scene
@@ -91,6 +92,11 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
     def pool_size(self) -> int:
         """Number of designs of a usual pool: fewer where making them takes long."""
         return POOL_SIZE
+
+    @property
+    def display_names(self) -> DisplayNames:
+        """Words in which people read the names of columns."""
+        return DisplayNames({}, {}, {})
 
     @abstractmethod
     def make(self, addresses: Sequence[Address]) -> Designs:

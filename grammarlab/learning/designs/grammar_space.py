@@ -30,6 +30,7 @@ from grammarlab.features.patterns.tree_index import without_geometry
 from grammarlab.files import existing
 from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from grammarlab.language.attribute_values import fit_properties
+from grammarlab.language.display_names import DisplayNames
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Numbering
 from grammarlab.learning.designs.addresses import Address, hashes_of
@@ -109,6 +110,14 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def acceptance(self) -> Acceptance | None:
         """The acceptance rule of the file; None if it keeps all models; see `AcceptedGrammar.acceptance`."""
         return self._accepted.acceptance
+
+    @property
+    def display_names(self) -> DisplayNames:
+        return self._display_names
+
+    @cached_property
+    def _display_names(self) -> DisplayNames:
+        return DisplayNames.of(self.grammar.tree)
 
     @cached_property
     def proposal(self) -> Flattened:

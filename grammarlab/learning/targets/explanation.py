@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats, Ints
 from grammarlab.features.columns.formula_names import formula_words
 from grammarlab.features.patterns.pattern import Apply, Formula
+from grammarlab.language.display_names import DisplayNames
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.preference.base import MAX_SCORE
@@ -58,6 +59,11 @@ class Words:
     """Disliked kinds, most frequent first."""
     knowledge: tuple[str, ...] = ()
     """What is not known yet, see `grammarlab.learning.targets.unknown_part`."""
+
+    def displayed(self, names: DisplayNames) -> Words:
+        """The kinds in the words of people instead of the identifiers of a grammar."""
+        likes, dislikes = (tuple(map(names.text, side)) for side in (self.likes, self.dislikes))
+        return Words(likes, dislikes, self.knowledge)
 
     @property
     def lines(self) -> tuple[str, ...]:

@@ -14,7 +14,6 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.learning.designs.design_space import Designs
-from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.explanation import Words, words_of
@@ -104,13 +103,19 @@ def predict(study: Study[Designs], state: State) -> Predicted:
     table, pool_designs = study.table(state), study.tables(state.wide).pool_designs
     pool, possible = table.rows[: len(pool_designs.pool)], pool_designs.weights > 0.0
     factors = tuple(
-        _factor(state.answers[name].factor, len(state.answers[name].scores), state.preferences[name], table, pool)
+        _factor(
+            state.answers[name].factor,
+            len(state.answers[name].scores),
+            state.preferences[name],
+            [study.space.display_names.text(group) for group in table.group_names],
+            pool,
+        )
         for name in state.liked
     )
     shares = np.max([[entry.share for entry in factor.relevances] for factor in factors], axis=0)[table.groups]
     scores = product([factor.predicted for factor in factors])
     if scores[possible].any():
-        words = words_of(table, scores, pool_designs.weights)
+        words = words_of(table, scores, pool_designs.weights).displayed(study.space.display_names)
         knowledge = knowledge_of({name: state.preferences[name] for name in state.liked})
         return Predicted(factors, scores, shares, replace(words, knowledge=knowledge))
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
@@ -283,12 +288,12 @@ class _Path:
 
 
 def _factor(
-    name: str, num_labels: int, preference: AbstractPreference, table: DesignTable, pool: Floats
+    name: str, num_labels: int, preference: AbstractPreference, group_names: Sequence[str], pool: Floats
 ) -> SimplifiedFactor:
     predicted = np.clip(preference.predict(pool).mean, 0.0, MAX_SCORE)
-    numbers = [str(number) for number in range(len(table.group_names))]
+    numbers = [str(number) for number in range(len(group_names))]
     shares = {int(relevance.name): relevance for relevance in preference.explain(numbers)}
-    relevances = tuple(replace(shares[number], name=name) for number, name in enumerate(table.group_names))
+    relevances = tuple(replace(shares[number], name=name) for number, name in enumerate(group_names))
     factor = SimplifiedFactor(name, num_labels, relevances, predicted)
     if not isinstance(preference, BlendedPreference):
         return factor

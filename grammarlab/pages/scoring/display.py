@@ -9,7 +9,7 @@ from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import PAIRS, Body, ModelGrid
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.knowledge import Knowledge, ModelPool
-from grammarlab.pages.scoring.populate import laid_out
+from grammarlab.pages.scoring.populate import laid_out, liked_models, mixed
 from grammarlab.pages.scoring.sorting import Order, sorted_grids
 from grammarlab.pages.workers.tasks import Factors
 from grammarlab.randomness import derived_seed
@@ -120,7 +120,11 @@ class SessionDisplay:
 
     def show(self, way: str, models: Sequence[str]) -> None:
         """Show other models, if there are any."""
-        grids = laid_out(way, models, self.record.layout)
+        layout, predicted = self.record.layout, self.knowledge.predictions_of(self.number)
+        liked: list[str] = []
+        if way == "default" and predicted is not None:
+            liked = liked_models(self.pool, self.record, predicted.mean, layout.models // 2, self.seed)
+        grids = mixed(liked, models, layout) if liked else laid_out(way, models, layout)
         if any(grid.models for grid in grids):
             self.arrange(grids, way)
         else:

@@ -32,10 +32,9 @@ class ModelPool:
         return self.names[: self.pool.sizes[0]]
 
     def label_of(self, model: str) -> str:
-        """Name of a model."""
+        """Name of a model, with the seed and the number that ``grammarlab show`` takes."""
         address = Address.parse(model)
-        seed = "" if model in self.index else f" of seed {address.seed}"
-        return f"model {address.model}{seed}" + (", drawn evenly" if address.flat else "")
+        return f"model {address.model} of seed {address.seed}" + (", drawn evenly" if address.flat else "")
 
 
 @dataclass

@@ -15,7 +15,7 @@ from grammarlab.pages.workers.tasks import Choose, ModelChoice, Prepare, Progres
 from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
 
 UNCHANGED_MODELS = (
-    "The predictions are updated. The models stay, since you continued meanwhile; use Populate for others."
+    "The predictions are updated. The models stay, since you continued meanwhile; use New models for others."
 )
 WIDER_POOL = "Liked models are rare, so from now on questions include many more unusual models."
 _UNLEARNED = ("default", "grammar", "density", "uncertainty", PAIRS)

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import PAIRS, GridLayout, ModelGrid
@@ -10,19 +14,35 @@ from grammarlab.pages.scoring.knowledge import ModelPool
 
 NUM_PAIRS = 8
 """Number of models that are chosen at once."""
+LIKED_SHARE = 0.25
+"""Share of the highest prediction from which a model is predicted to be liked."""
+MIN_ADVANTAGE = 1.0
+"""Points above the mean prediction from which one is higher than others: without a pattern all are equal."""
+
+
+@dataclass(frozen=True, slots=True)
+class WayWords:
+    """A strategy for people."""
+
+    label: str
+    says: str
+
+
 WAYS = {
-    "default": "half are predicted to be liked, to find mistakes; half are the most informative",
-    "uniform": "as different as possible from each other and from all scored models",
-    "grammar": "plain samples, whatever was scored",
-    "density": "samples of the learned density, and beside them models that it avoids",
-    "uncertainty": "models with the most uncertain predictions",
-    "already ranked": "scored before, the most surprising scores first, to check for mistakes",
-    PAIRS: "two at a time, to choose the one that you prefer",
+    "default": WayWords("default", "half are predicted to be liked, the best first; half tell the most"),
+    "uniform": WayWords("different", "as different as possible from each other and from all scored models"),
+    "grammar": WayWords("plain samples", "samples of the original, whatever was scored"),
+    "density": WayWords("as learned", "samples as learned from your scores, and beside them models that are avoided"),
+    "uncertainty": WayWords("uncertain", "models with the most uncertain predictions"),
+    "already ranked": WayWords("scored before", "the most surprising scores first, to check for mistakes"),
+    PAIRS: WayWords("pairs", "two at a time, to choose the one that you prefer"),
 }
 """Query strategies of `grammarlab.preference.queries`, and pairs, in words."""
 
+_MIXED = ("may be liked, the best first", "tell the most")
+"""Titles of the halves of the strategy ``default``, once something has been learned."""
 _TITLES = {
-    "default": ("may be liked", "most informative"),
+    "default": ("to score", ""),
     "density": ("liked", "not liked"),
     "uniform": ("different", ""),
     "grammar": ("samples", ""),
@@ -51,9 +71,54 @@ def laid_out(way: str, models: Sequence[str], layout: GridLayout) -> list[ModelG
     titles, size = _TITLES[way], layout.rows * layout.columns
     if way == PAIRS:
         return [ModelGrid(title, tuple(models[side : len(models) // 2 * 2 : 2])) for side, title in enumerate(titles)]
-    half = (len(models) + 1) // 2 if layout.grids == 2 and way in ("default", "density") else size
+    half = (len(models) + 1) // 2 if layout.grids == 2 and way == "density" else size
     parts = (models[:half], models[half:])
     return [ModelGrid(title, tuple(part[:size])) for title, part in zip(titles[: layout.grids], parts, strict=False)]
+
+
+def mixed(liked: Sequence[str], chosen: Sequence[str], layout: GridLayout) -> list[ModelGrid]:
+    """Grids of models that are predicted to be liked, and of chosen ones; with one grid, one after the other.
+
+    Args:
+        liked: models that are predicted to be liked, the best first; only half of all places are theirs.
+        chosen: models of the strategy ``default``, of which a part is shown.
+        layout: number and size of grids.
+    """
+    liked = liked[: (layout.models + 1) // 2]
+    others = [model for model in chosen if model not in liked]
+    most = min(layout.models - len(liked), layout.rows * layout.columns)
+    # Kinds of questions follow each other in the choice, and a part of it shall have all of them.
+    others = [others[index * len(others) // most] for index in range(most)] if len(others) > most else others
+    if layout.grids == 1:
+        return [ModelGrid(", then those that ".join(_MIXED), (*liked, *others))]
+    return [ModelGrid(title, tuple(models)) for title, models in zip(_MIXED, (liked, others), strict=True)]
+
+
+def liked_models(pool: ModelPool, record: Record, predicted: NDArray[np.floating], num: int, seed: int) -> list[str]:
+    """Models without a score that are predicted to be liked, the best first.
+
+    They are drawn in proportion to their predictions, as models that are learned are, and those that were never shown
+    come before others; the best ones alone would be nearly the same.
+
+    Args:
+        pool: the pool.
+        record: shown and scored models.
+        predicted: [m] predicted scores of the models of the pool.
+        num: number of models; fewer if fewer are predicted to be liked.
+        seed: seed of the draws.
+    """
+    mean = np.maximum(predicted[: len(pool.names)].astype(np.float64), 0.0)
+    typical = float(mean[: len(pool.samples)].mean())
+    is_liked = mean > max(LIKED_SHARE * float(mean.max(initial=0.0)), typical + MIN_ADVANTAGE)
+    keys = np.random.default_rng(seed).gumbel(size=len(mean)) + np.log(np.maximum(mean, 1e-9))
+    scored = record.labelled_models
+
+    def order(index: int) -> tuple[bool, bool, float]:
+        """Samples of the grammar come before unusual models."""
+        return pool.names[index] in record.shown_models, index >= len(pool.samples), -float(keys[index])
+
+    open_ones = [index for index in np.flatnonzero(is_liked).tolist() if pool.names[index] not in scored]
+    return [pool.names[index] for index in sorted(sorted(open_ones, key=order)[:num], key=lambda index: -mean[index])]
 
 
 def fresh_samples(pool: ModelPool, record: Record, num: int) -> list[str]:

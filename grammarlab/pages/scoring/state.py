@@ -58,7 +58,9 @@ def state_of(desk: SessionDesk) -> Message:
         "turn": knowledge.learned.turn if knowledge.learned and knowledge.learned.turn in record.factors else "",
         "updating": None if updating is None else updating.as_json(),
         "fresh": knowledge.label_revision == record.label_revision,
-        "ways": [{"name": name, "says": says} for name, says in WAYS.items() if name != PAIRS],
+        "ways": [
+            {"name": name, "label": words.label, "says": words.says} for name, words in WAYS.items() if name != PAIRS
+        ],
         "message": display.message,
         "warnings": list(display.warnings.values()),
     }

@@ -136,7 +136,8 @@ class _LastUpdate:
         knowledge = knowledge_of({name: self._state.preferences[name] for name in self._state.liked})
         weights = self._study.tables(self._state.wide).pool_designs.weights
         scores = np.clip(product.mean[: len(weights)], 0.0, MAX_SCORE).astype(np.float64)
-        return (*knowledge, *words_of(self._study.table(self._state), scores, weights).lines)
+        words = words_of(self._study.table(self._state), scores, weights).displayed(self._study.space.display_names)
+        return (*knowledge, *words.lines)
 
     def _set_state(self, state: State, numbers: Mapping[str, int]) -> None:
         self._version += (state.wide, state.columns) != (self._state.wide, self._state.columns)
@@ -151,7 +152,7 @@ class _LastUpdate:
     def _predictions(self, preference: AbstractPreference, rows: Floats) -> Predictions:
         prediction = preference.predict(rows)
         weights = _column_weights(preference)
-        names = self._study.table(self._state).group_names
+        names = list(map(self._study.space.display_names.text, self._study.table(self._state).group_names))
         relevances = [entry for entry in preference.explain(names)[:MOST_RELEVANCES] if entry.level != "none"]
         return Predictions(
             prediction.mean.astype(np.float32),

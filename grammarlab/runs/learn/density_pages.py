@@ -10,7 +10,7 @@ from grammarlab.learning.targets.writers import Learned
 from grammarlab.runs.learn.from_examples import ExamplesResult
 from grammarlab.runs.learn.from_labels import LabelsResult
 from grammarlab.runs.learn.from_scenario import LearnResult
-from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, nats
+from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, distance
 from grammarlab.runs.learn.scenario_measures import TrueDensity
 from grammarlab.tables import markdown_table
 
@@ -47,7 +47,7 @@ def page_of_labels(result: LabelsResult) -> Report:
     )
     facts = (
         ("labels", f"{result.num_labels}"),
-        *(() if result.gain is None else ((f"expected gain of {NUM_MORE} more", f"{nats(result.gain)} nats"),)),
+        *(() if result.gain is None else ((f"{NUM_MORE} more may change it by", distance(result.gain)),)),
         *cost_facts(learned, density.measured),
         ("method", f"{learned.method}, base {learned.base}"),
         ("seconds", f"{result.seconds:.1f}"),
@@ -65,15 +65,14 @@ def page_of_labels(result: LabelsResult) -> Report:
 
 
 def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
-    steps = markdown_table(
-        ("step", "moves the density by"), [(step.name, nats(step.js)) for step in result.density.steps]
-    )
+    steps = markdown_table(("step", "changes it by"), [(step.name, distance(step.js)) for step in result.density.steps])
     factors = markdown_table(
         ("factor", "labels", "original kept"),
         [(factor.name, f"{factor.num_labels}", f"{factor.unexplained:.0%}") for factor in result.factors],
     )
     features = zip(result.density.names, result.density.features, strict=True)
-    listing = "\n".join(f"- {name} (`{feature}`)" for name, feature in features)
+    display = result.space.display_names.text
+    listing = "\n".join(f"- {display(name)} (`{feature}`)" for name, feature in features)
     depend = "\n".join(f"- {entry}" for entry in result.relevances)
     words = "\n".join(f"- {line}" for line in result.density.predicted.words.lines)
     return (
@@ -88,7 +87,7 @@ def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
 def page_of_examples(result: ExamplesResult) -> Report:
     """Page about a density learned from examples."""
     learned, held_out = result.learned, result.held_out
-    moved = ("divergence from what was learned", nats(result.measured.before.js), nats(result.measured.after.js))
+    moved = ("distance from what was learned", distance(result.measured.before.js), distance(result.measured.after.js))
     facts = [("examples", f"{result.num_examples:,}")]
     if held_out is not None:
         facts += [

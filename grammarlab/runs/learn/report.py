@@ -1,7 +1,8 @@
-"""Page about a learned density: its divergence, its cost, and samples before and after, side by side."""
+"""Page about a learned density: how far it is from a preference, its cost, and samples before and after."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -114,7 +115,7 @@ def report_text(report: Report) -> str:
     ]
     parts = [
         f"# {report.title}\n",
-        f"{report.origin} Divergences are Jensen-Shannon divergences in nats, 0 to 0.693.\n",
+        f"{report.origin} Distances are from 0 % (the same models, as often) to 100 % (no model in common).\n",
         markdown_table(("", "before", "after"), report.compared),
         markdown_table(("", ""), report.facts),
         *pictures,
@@ -133,14 +134,14 @@ def compared_rows(target: str, measured: Measured) -> tuple[tuple[str, str, str]
     """
     before, after = measured.before, measured.after
     return (
-        (f"divergence from {target}", nats(before.js), nats(after.js)),
+        (f"distance from {target}", distance(before.js), distance(after.js)),
         (f"correlation with {target}", f"{before.correlation:.3f}", f"{after.correlation:.3f}"),
     )
 
 
-def nats(value: float) -> str:
-    """A divergence."""
-    return f"{value:.4f}" if value >= 1e-3 else f"{value:.2g}"
+def distance(js: float) -> str:
+    """A Jensen-Shannon divergence in nats as a share of the largest one, that of densities without a common model."""
+    return _percent(js / math.log(2.0))
 
 
 def cost_facts(learned: Learned[Any], measured: Measured) -> tuple[tuple[str, str], ...]:
@@ -153,7 +154,7 @@ def cost_facts(learned: Learned[Any], measured: Measured) -> tuple[tuple[str, st
         effective,
         ("models accepted", f"{_percent(pilot.rate)} of {pilot.proposals:,}"),
         ("bound", f"{pilot.bound:.4g}, " + ("known" if pilot.has_bound else "the largest one met")),
-        ("density above the bound, cut off", _percent(pilot.truncated)),
+        ("share above the bound, cut off", _percent(pilot.truncated)),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from playwright.sync_api import expect
@@ -63,7 +64,7 @@ def test_an_update_shows_new_models_with_bars_a_chart_and_reasons(learned):
     assert learned.scores() == [""] * 32
     assert not any(math.isnan(value) for value in (*predicted(learned), *uncertain(learned)))
     assert learned.page.locator(".gl-dot").count() >= 1
-    expect(learned.page.locator(".gl-chart figcaption")).to_contain_text("moved the density by")
+    expect(learned.page.locator(".gl-chart figcaption")).to_contain_text(re.compile(r"changed what is learned by \d"))
     fill = learned.page.locator(".gl-bar.gl-predicted i").first
     expect(fill).not_to_have_css("transform", "matrix(0, 0, 0, 1, 0, 0)")
 
@@ -73,11 +74,11 @@ def test_models_come_in_all_ways(learned):
     assert learned.page.get_by_role("radio").count() == 6
     learned.press("Escape")
     for way, titles in (
-        ("grammar", 1),
-        ("uniform", 1),
-        ("uncertainty", 1),
-        ("already ranked", 1),
-        ("density", 2),
+        ("plain samples", 1),
+        ("different", 1),
+        ("uncertain", 1),
+        ("scored before", 1),
+        ("as learned", 2),
         ("default", 2),
     ):
         populate(learned, way)
@@ -88,7 +89,7 @@ def test_models_come_in_all_ways(learned):
 
 
 def test_already_ranked_shows_scored_models_with_their_scores(learned):
-    populate(learned, "already ranked")
+    populate(learned, "scored before")
     expect(learned.page.locator(".gl-score:not(:empty)")).to_have_count(32)
     populate(learned, "default")
 

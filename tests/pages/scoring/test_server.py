@@ -19,6 +19,7 @@ from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest, HT
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 from grammarlab.errors import UsageError
+from grammarlab.learning.designs.addresses import Address
 from grammarlab.pages.scoring.serving import serve, serving
 from grammarlab.pages.scoring.session import Session
 from tests.waiting import PATIENCE
@@ -250,7 +251,7 @@ def test_pictures_come_as_sprite_sheets_and_models_as_glb(tmp_path: Path):
         await window.send({"id": 3, "command": "model", "model": models[0]})
         answer, (glb,) = await window.hear(lambda message: message.get("id") == 3)
         assert glb.startswith(b"glTF")
-        assert answer["result"]["label"] == "model 0"
+        assert answer["result"]["label"] == f"model 0 of seed {Address.parse(models[0]).seed}"
         await window.send({"id": 4, "command": "viewer"})
         answer, viewer = await window.hear(lambda message: message.get("id") == 4)
         assert b"show" in viewer[0]

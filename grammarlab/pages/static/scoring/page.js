@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 130d39299f6a3ae9 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 736c11f0852dca7d */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -873,7 +873,7 @@ function makeFactors(page) {
       element(
         "p",
         {},
-        "A factor is one aspect of what you like, such as shape or colour. The density is the product of all factors."
+        "A factor is one aspect of what you like, such as shape or colour. Models are learned that all factors like: their scores are multiplied."
       ),
       nameForm("Create", "", (name) => {
         close();
@@ -1059,7 +1059,7 @@ function destination({ state, selection }, key) {
 }
 
 // scoring/learning.js
-var SETTLED = 0.01;
+var LITTLE = 0.01;
 function makeLearning(page) {
   const start = textButton("Update", () => void page.ask("update"), {
     class: "gl-button gl-primary gl-wide",
@@ -1105,14 +1105,18 @@ function makeLearning(page) {
 }
 function hintOf(state) {
   const [{ fresh, chart, gain, turn, active }, all] = [state, said(state)];
-  if (!all) return "Score some models, then update: the density follows your scores.";
+  if (!all) return "Score some models, then update: new models follow your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
-  const settled = last.length === 2 && last.every(({ js }) => js < SETTLED);
-  const more = gain === null ? "" : ` 16 more scores may gain about ${gain.toPrecision(1)} nats.`;
-  const next = turn && turn !== active ? ` Those of “${turn}” tell most.` : "";
-  const known = settled ? "the density has settled." : "the predictions know them all.";
+  const steady = last.length === 2 && last.every(({ js }) => js < LITTLE);
+  const more = gain === null ? "" : ` 16 more may change what is learned by ${asShare(gain)}.`;
+  const next = turn && turn !== active ? ` Those of “${turn}” tell the most.` : "";
+  const known = steady ? "the last updates changed little, so you may stop." : "the predictions know them all.";
   return `${all}; ${known}${more}${next}`;
+}
+function asShare(nats) {
+  const share = 100 * nats / Math.LN2;
+  return `${share >= 10 ? Math.round(share) : Number(share.toPrecision(1))} %`;
 }
 function said({ scored, compared }) {
   return [scored && `${scored} scores`, compared && `${compared} comparisons`].filter(Boolean).join(" and ");
@@ -1131,13 +1135,13 @@ function relevanceLine({ name, level, share }) {
 function drawChart(movements) {
   if (movements.length === 0) return [];
   const [width, height] = [260, 64];
-  const highest = Math.max(...movements.map(({ js: js2 }) => js2), 2 * SETTLED);
+  const highest = Math.max(...movements.map(({ js: js2 }) => js2), 2 * LITTLE);
   const most = movements[movements.length - 1].labels;
   const least = movements[0].labels;
   const points = movements.map(({ labels, js: js2 }) => ({
     x: most > least ? 4 + (labels - least) / (most - least) * (width - 8) : width / 2,
     y: height - 4 - js2 / highest * (height - 12),
-    words: `${labels} scores: moved by ${js2.toPrecision(2)}`
+    words: `${labels} scores: changed by ${asShare(js2)}`
   }));
   const line = svg("polyline", { class: "gl-line", points: points.map(({ x, y }) => `${x},${y}`).join(" ") });
   const dots = points.map(({ x, y, words }) => {
@@ -1145,22 +1149,22 @@ function drawChart(movements) {
     title.textContent = words;
     return svg("circle", { class: "gl-dot", cx: x, cy: y, r: 3 }, title);
   });
-  const floor = height - 4 - SETTLED / highest * (height - 12);
-  const settled = svg("line", { class: "gl-settled", x1: 0, x2: width, y1: floor, y2: floor });
+  const level = height - 4 - LITTLE / highest * (height - 12);
+  const little = svg("line", { class: "gl-little", x1: 0, x2: width, y1: level, y2: level });
   const { js } = movements[movements.length - 1];
-  const caption = `Last update moved the density by ${js.toPrecision(2)} nats`;
+  const caption = `The last update changed what is learned by ${asShare(js)}`;
   return [
     svg(
       "svg",
       { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": points.map(({ words }) => words).join("; ") },
-      settled,
+      little,
       line,
       ...dots
     ),
     element(
       "figcaption",
       {
-        title: "Jensen-Shannon divergence between the densities before and after; below the dashed line, updates change little"
+        title: "0 %: the same models as before; 100 %: none of them. Below the dashed line, updates change little"
       },
       caption
     )
@@ -1658,12 +1662,8 @@ function makeResults(page) {
   );
   async function learnGrammar() {
     const { result } = await page.channel.request("learn");
-    const { file, js, rules_before: before, rules_after: after, text } = result;
-    const told = [
-      `${file}: ${before} branches of rules became ${after}`,
-      typeof js === "number" ? `, ${js.toPrecision(2)} nats from the density` : "",
-      "."
-    ].join("");
+    const { file, rules_before: before, rules_after: after, text } = result;
+    const told = `${file}: ${before} branches of rules became ${after}.`;
     const link = saveLink(file, [text], "text/plain");
     outcome.replaceChildren(element("p", {}, told), ...hints(result.notes), link);
     link.click();
@@ -2064,12 +2064,12 @@ function makeToolbar(page, display, pointer) {
     )
   );
   function buildWays(close) {
-    return page.state.ways.map(({ name, says }) => {
-      const populate = () => {
+    return page.state.ways.map(({ name, label, says }) => {
+      const show = () => {
         close();
         void page.ask("populate", { way: name });
       };
-      return choice(name, says, populate, { checked: name === page.state.way });
+      return choice(label, says, show, { checked: name === page.state.way });
     });
   }
   function buildSizes(close) {
@@ -2104,7 +2104,7 @@ function makeToolbar(page, display, pointer) {
     return [...presets, element("hr"), own];
   }
   function update(state) {
-    way.set(state.way);
+    way.set(state.ways.find(({ name }) => name === state.way)?.label ?? state.way);
     size.set(nameOf(state.layout));
     compare.ariaPressed = String(state.pairs !== null);
   }

@@ -1,0 +1,252 @@
+"""Words for the symbols, attributes and branches of a grammar, as people read them.
+
+An attribute, function or rule is called what its ``@DisplayName`` says, otherwise as its identifier reads in words:
+``GroundFloor`` is ``Ground floor``. An alternative of a choice is called what distinguishes it from the choice itself:
+``GroundFloor → GroundFloorOffice`` is ``Ground floor → Office``. Branches that make the same symbols are called after
+what only they say: a text, such as a colour or a file, the numbers of a successor, or an attribute.
+"""
+
+from __future__ import annotations
+
+import colorsys
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import takewhile
+from pathlib import PurePosixPath
+
+from grammarlab.language.syntax.syntax_tree import (
+    Annotation,
+    Attribute,
+    Choice,
+    Function,
+    Invoke,
+    Name,
+    Node,
+    Number,
+    Rule,
+    RuleFile,
+    Stochastic,
+    String,
+    alternatives,
+    walk,
+)
+
+_WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+\d*|[A-Z]+\d*|\d+|[^\W_a-zA-Z\d]+")
+"""A word of an identifier: ``GroundFloor``, ``GFA_total``."""
+_IDENTIFIER = r"[^\W\d]\w*(?:\.\w+)*"
+_TOKEN = re.compile(rf"(?<![\w.#]){_IDENTIFIER}")
+_CHOICE = re.compile(rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<place>(?: \d+)?)(?P<sign> [→=≠] )(?P<one>{_IDENTIFIER})\.?")
+_BRANCH = re.compile(
+    rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<place>(?: \d+)?)(?P<sign> [→=≠] | \()"
+    r"(?:(?:[\d.e+-]+%, )?(?P<line>line \d+)\b|(?P<share>[\d.e+-]+%))"
+)
+_NUMBERED = re.compile(rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<sign> [=≠] )(?P<number>\d+)\b")
+_COLOR = re.compile(r"#[0-9a-fA-F]{6}")
+_LONGEST = 60
+"""Largest number of characters of a word from a grammar."""
+_MAX_GREY = 0.12
+"""Saturation below which a colour is a grey."""
+_HUES = (
+    *((12, "red"), (42, "orange"), (68, "yellow"), (165, "green"), (195, "turquoise"), (258, "blue")),
+    *((292, "purple"), (345, "pink"), (361, "red")),
+)
+"""Names of hues, each below a number of degrees."""
+_MAX_BROWN = 0.45
+"""Lightness below which orange is brown."""
+
+
+@dataclass(frozen=True)
+class DisplayNames:
+    """Words of a grammar.
+
+    >>> from grammarlab.language.grammar import Grammar
+    >>> grammar = Grammar.parse('''
+    ... attr roofPitch = rand(20, 50)
+    ... Lot --> extrude(9) WallColor
+    ... WallColor --> 50% : WallColorOld else : WallColorOffice
+    ... WallColorOld -->
+    ...     60% : color("#8E4B38") Wall.
+    ...     else : color("#C0C4C8") Wall.
+    ... ''')
+    >>> names = DisplayNames.of(grammar.tree)
+    >>> names.text("WallColor = WallColorOffice, roofPitch below 30")
+    'Wall color = Office, roof pitch below 30'
+    >>> names.text("WallColorOld → 60%")
+    'Wall color old → brown'
+    """
+
+    names: Mapping[str, str]
+    """Words by identifier, for those that read otherwise."""
+    branches: Mapping[tuple[str, str], str]
+    """Words by symbol, and line (``line 23``) or percentage (``45%``), for branches of its rules."""
+    values: Mapping[tuple[str, int], str]
+    """Words by attribute and number, for alternatives of random attributes."""
+
+    @classmethod
+    def of(cls, tree: RuleFile) -> DisplayNames:
+        """Words of a grammar with the rule files that it imports."""
+        given: dict[str, str] = {}
+        identifiers: dict[str, None] = {}
+        branches: dict[tuple[str, str], str] = {}
+        values: dict[tuple[str, int], str] = {}
+        for definition in walk(tree):
+            if isinstance(definition, Attribute | Function | Rule):
+                identifiers[definition.name] = None
+                given |= _given(definition.name, definition.annotations)
+            if isinstance(definition, Rule):
+                identifiers |= dict.fromkeys(_successors(definition))
+                branches |= {(definition.name, key): word for key, word in _branch_words(definition.body)}
+            elif isinstance(definition, Attribute):
+                texts = [leaf.value for leaf in alternatives(definition.value) if isinstance(leaf, String)]
+                values |= {(definition.name, index): word for index, word in enumerate(_distinct(texts)) if word}
+        split = {name: _split(name.removesuffix(".").rpartition(".")[2]) for name in identifiers}
+        counts = Counter(split.values())
+        whole = {name: words if counts[words] == 1 else _qualified(name, words) for name, words in split.items()}
+        counts = Counter(whole.values())
+        split = {name: words for name, words in whole.items() if counts[words] == 1 and words != name}
+        return cls(split | given, branches, values)
+
+    def text(self, text: str) -> str:
+        """A text in which words replace identifiers, such as a name of a column or a sentence of these."""
+        text = _NUMBERED.sub(self._numbered, text)
+        text = _BRANCH.sub(self._branch, text)
+        text = _CHOICE.sub(self._choice, text)
+        return _TOKEN.sub(lambda match: self.names.get(match[0], match[0]), text)
+
+    def _numbered(self, match: re.Match[str]) -> str:
+        word = self.values.get((match["of"], int(match["number"])))
+        return f"{match['of']}{match['sign']}{word}" if word else match[0]
+
+    def _branch(self, match: re.Match[str]) -> str:
+        word = self.branches.get((match["of"], match["line"] or match["share"]))
+        return f"{match['of']}{match['place']}{match['sign']}{word}" if word else match[0]
+
+    def _choice(self, match: re.Match[str]) -> str:
+        """A choice with an alternative that does not repeat its words."""
+        of, one = (self.names.get(match[part], match[part]) for part in ("of", "one"))
+        repeated = 0
+        for first, second in zip(of.lower().split(), one.lower().split()[:-1], strict=False):
+            if first != second:
+                break
+            repeated += 1
+        words = one.split()[repeated:]
+        rest = " ".join([words[0][:1].upper() + words[0][1:], *words[1:]]) if repeated else one
+        return f"{of}{match['place']}{match['sign']}{rest}"
+
+
+def color_word(color: str) -> str:
+    """English word for a colour.
+
+    Args:
+        color: the colour as ``#rrggbb``.
+
+    >>> [color_word(color) for color in ("#F28C28", "#2F6FC1", "#8E4B38", "#D0D0D0", "#FFFFFF")]
+    ['orange', 'blue', 'brown', 'light grey', 'white']
+    """
+    red, green, blue = (int(color[start : start + 2], 16) / 255.0 for start in (1, 3, 5))
+    hue, lightness, _ = colorsys.rgb_to_hls(red, green, blue)
+    if max(red, green, blue) - min(red, green, blue) < _MAX_GREY:
+        return next(word for most, word in _GREYS if lightness <= most)
+    word = next(word for most, word in _HUES if 360.0 * hue < most)
+    return "brown" if word in ("red", "orange", "yellow") and lightness < _MAX_BROWN and hue > _REDDEST else word
+
+
+_GREYS = ((0.12, "black"), (0.4, "dark grey"), (0.65, "grey"), (0.9, "light grey"), (1.0, "white"))
+"""Names of greys, each up to a lightness."""
+_REDDEST = 8 / 360
+"""Hue up to which a dark red is not brown."""
+
+
+def _given(name: str, annotations: Iterable[Annotation]) -> dict[str, str]:
+    """What an author calls a definition."""
+    for annotation in annotations:
+        if annotation.name.lower() == "displayname" and annotation.arguments:
+            value = annotation.arguments[0][1]
+            if isinstance(value, String) and value.value.strip() and value.value.isprintable():
+                return {name: value.value.strip()[:_LONGEST]}
+    return {}
+
+
+def _split(identifier: str) -> str:
+    """An identifier in words: the first as it begins, the others in small letters if they are not abbreviations."""
+    words = _WORD.findall(identifier)
+    if not words:
+        return identifier
+    return " ".join([words[0], *(word if word.isupper() else word[:1].lower() + word[1:] for word in words[1:])])
+
+
+def _qualified(name: str, words: str) -> str:
+    """The words of a name of an imported file, after the name of the import."""
+    alias = name.removesuffix(".").rpartition(".")[0]
+    return f"{alias} {words}" if alias else words
+
+
+def _successors(rule: Rule) -> Iterator[str]:
+    """Symbols that a rule makes, and the operations among them."""
+    return (node.name for node in walk(rule.body) if isinstance(node, Invoke))
+
+
+def _branch_words(body: Choice) -> Iterator[tuple[str, str]]:
+    """Line, and percentage if no other branch has it, of each branch of a rule that alone says something: a word."""
+    leaves = list(alternatives(body))
+    words = [""] * len(leaves)
+    for sayings in (_texts, _calls, _attributes):
+        said = [list(dict.fromkeys(sayings(leaf))) for leaf in leaves]
+        counts = Counter(saying for each in said for saying in each)
+        own = [[saying for saying in each if counts[saying] == 1] for each in said]
+        new = _distinct([_common(each) if sayings is _attributes else "".join(each[:1]) for each in own])
+        words = [word or other for word, other in zip(words, new, strict=True)]
+    keys = [f"line {leaf.location.line}" for leaf in leaves]
+    if isinstance(body, Stochastic) and len(body.branches) == len(leaves):
+        known = [share.value if isinstance(share, Number) else 0.0 for share in body.percentages]
+        rest = 100.0 - sum(known)
+        keys += [f"{rest if s is None else k:.3g}%" for s, k in zip(body.percentages, known, strict=True)]
+    counts = Counter(keys)
+    yield from ((key, word) for key, word in zip(keys, words * 2, strict=False) if word and counts[key] == 1)
+
+
+def _texts(node: Node) -> Iterator[str]:
+    """Texts between quotes."""
+    return (part.value for part in walk(node) if isinstance(part, String))
+
+
+def _calls(node: Node) -> Iterator[str]:
+    """Successors with their numbers: ``Low 2``."""
+    for part in walk(node):
+        if isinstance(part, Invoke) and part.name[:1].isupper():
+            numbers = [f"{argument.value:g}" for argument in part.arguments if isinstance(argument, Number)]
+            if numbers:
+                yield " ".join([_split(part.name), *numbers])
+
+
+def _attributes(node: Node) -> Iterator[str]:
+    """Attributes that expressions read."""
+    return (_split(part.identifier) for part in walk(node) if isinstance(part, Name) and "." not in part.identifier)
+
+
+def _common(names: list[str]) -> str:
+    """The words that all names begin with, such as those of the parts of a colour; otherwise the first name."""
+    shared = [
+        each[0] for each in takewhile(lambda each: len(set(each)) == 1, zip(*map(str.split, names), strict=False))
+    ]
+    return " ".join(shared) or "".join(names[:1])
+
+
+def _distinct(texts: list[str]) -> list[str]:
+    """A word for each text: of a colour its name, of a file its name without suffix; as it is if that is not unique."""
+    words = [_short(text) for text in texts]
+    counts = Counter(words)
+    return [
+        (word if counts[word] == 1 else text)[:_LONGEST] if text.isprintable() else ""
+        for text, word in zip(texts, words, strict=True)
+    ]
+
+
+def _short(text: str) -> str:
+    if _COLOR.fullmatch(text):
+        return color_word(text)
+    if "/" in text or ":" in text or re.search(r"\.\w{2,4}$", text):
+        return _split(PurePosixPath(text.rpartition(":")[2]).stem) or text
+    return text

@@ -1,0 +1,86 @@
+"""Words for what grammars name."""
+
+import pytest
+
+import grammarlab as gl
+from grammarlab.language.display_names import DisplayNames, color_word
+
+NAMES = DisplayNames.of(
+    gl.Grammar.parse("""
+@DisplayName("Pitch of the roof") attr roofPitch = rand(20, 50)
+attr GFA_total = 3
+attr tone = 50% : "#8E4B38" else : "#C0C4C8"
+attr lightRed = .8
+attr lightGreen = .7
+attr steel = .5
+Lot --> 30% : Low(2) 30% : Low(3) else : case GFA_total > 2 : GroundFloor else : NIL
+Low(n) --> WallColor
+GroundFloor -->
+    50% : GroundFloorShop
+    else : GroundFloorOfficeHall
+GroundFloorShop --> case true : NIL else : X.
+WallColor -->
+    30% : color("#ff0000") Wall
+    30% : color("#0000ff") Wall
+    else : i("asset/oldWall.obj") Wall
+Finish -->
+    18% : color(lightRed, lightGreen, 0) Wall
+    82% : color(steel, steel, 0) Wall
+groundfloor --> Wall
+""").tree
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("roofPitch below 30", "Pitch of the roof below 30"),
+        ("2 · roofPitch − GFA_total", "2 · Pitch of the roof − GFA total"),
+        ("number of GroundFloorShop", "number of Ground floor shop"),
+        ("GroundFloor = GroundFloorShop, Wall ≠ Lot", "Ground floor = Shop, Wall ≠ Lot"),
+        ("GroundFloor 2 → GroundFloorOfficeHall", "Ground floor 2 → Office hall"),
+        ("WallColor = 30%, line 15", "Wall color = red"),
+        ("Lot › WallColor → line 16 (60)", "Lot › Wall color → blue (60)"),
+        ("WallColor (40%) › Wall", "Wall color (old wall) › Wall"),
+        ("WallColor → 30%", "Wall color → 30%"),
+        ("Finish → 18%, Finish = 82%", "Finish → light, Finish = steel"),
+        ("tone = 0, tone ≠ 1 (−5)", "tone = brown, tone ≠ light grey (−5)"),
+        ("unknownName 7%", "unknownName 7%"),
+        ("#8E4B38, x.WallColor", "#8E4B38, x.WallColor"),
+    ],
+)
+def test_identifiers_become_words(name, words):
+    assert NAMES.text(name) == words
+
+
+def test_two_identifiers_never_get_the_same_words():
+    names = DisplayNames.of(gl.Grammar.parse("attr roofPitch = 1\nattr roof_pitch = 2\nLot --> RoofPitch").tree)
+    assert names.text("roofPitch, roof_pitch, RoofPitch") == "roofPitch, roof_pitch, Roof pitch"
+
+
+@pytest.mark.parametrize("given", ["", "  ", r"a\tb"])
+def test_an_empty_or_unprintable_name_is_no_name(given):
+    names = DisplayNames.of(gl.Grammar.parse(f'@DisplayName("{given}") attr roofPitch = 1\nLot --> NIL').tree)
+    assert names.text("roofPitch") == "roof pitch"
+
+
+def test_a_long_name_is_cut():
+    names = DisplayNames.of(gl.Grammar.parse(f'@DisplayName("{"x" * 9999}") attr h = 1\nLot --> NIL').tree)
+    assert names.text("h") == "x" * 60
+
+
+@pytest.mark.parametrize("name", ["building", "furniture", "quarter", "toy"])
+def test_the_columns_of_shipped_grammars_stay_distinguishable(name):
+    grammar = gl.load(name)
+    table = gl.extract(gl.derive(grammar, 60, seed=1))
+    names = DisplayNames.of(grammar.tree)
+    words = [names.text(each) for each in table.names]
+    assert len(set(words)) == len(words)
+
+
+@pytest.mark.parametrize(
+    ("color", "word"),
+    [("#000000", "black"), ("#ffffff", "white"), ("#ff0000", "red"), ("#ff00aa", "pink"), ("#808080", "grey")],
+)
+def test_colors_have_words(color, word):
+    assert color_word(color) == word
