@@ -130,10 +130,9 @@ class _Scene:
             rows = self.accessors.integers(primitive["indices"])[:, 0]
         triangles = _triangles_of(mode, rows)
         if len(triangles):
-            normals, coordinates = corner_values(primitive, len(points), self.document, self.accessors)
             # Before the instances, since a few corners may be among very many points.
-            used = np.unique(triangles)
-            part = MeshPart.of_triangles(points, triangles)
+            part, used = MeshPart.of_triangles(points, triangles), np.unique(triangles)
+            normals, coordinates = corner_values(primitive, len(points), self.document, self.accessors)
             moved, corners = _instanced(part.points, part.triangles, matrices)
             corner = corners.ravel()
             instance, point = np.divmod(corner, len(part.points))

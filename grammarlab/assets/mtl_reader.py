@@ -52,7 +52,7 @@ def _material(statements: dict[bytes, list[bytes]]) -> PartMaterial | None:
         opacity = statements[b"d"][-1:]
     else:
         opacity = [str(1.0 - _number(statements.get(b"tr", [b"0"])[-1], 0.0)).encode()]
-    channels = color_of([*color[:3], *opacity])
+    channels = color_of([*color[:3], *opacity]) if len(color) >= 3 else None
     if channels is None:
         return None
     light = [_number(word, 0.0) for word in statements.get(b"ke", [])[:3]]

@@ -88,7 +88,17 @@ def rich_document() -> Document:
     document = Document()
     box = document.mesh(BOX, BOX_TRIANGLES, material=0)
     strip = document.mesh(SQUARE, mode=5)
-    document.add("materials", {"pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.5, 0.0, 1.0]}})
+    transform = {"offset": [0.5, 0.25], "rotation": 0.5, "scale": [2.0, 4.0], "texCoord": 1}
+    texture = {"index": 0, "extensions": {"KHR_texture_transform": transform}}
+    color = {"baseColorFactor": [1.0, 0.5, 0.0, 1.0], "baseColorTexture": texture, "roughnessFactor": 0.25}
+    document.add("materials", {"pbrMetallicRoughness": color, "emissiveFactor": [0.0, 0.5, 1.0]})
+    document.add("textures", {"source": 0})
+    document.add("images", {"bufferView": document.view(b"picture"), "mimeType": "image/png"})
+    document.json["meshes"][box]["primitives"][0]["attributes"] |= {
+        "NORMAL": document.accessor((2.0 * BOX - 1.0).astype(np.float32)),
+        "TEXCOORD_0": document.accessor((65535 * BOX[:, :2]).astype(np.uint16), normalized=True),
+        "TEXCOORD_1": document.accessor(BOX[:, 1:].astype(np.float32)),
+    }
     rows, moved = document.view(np.array([3], np.uint16).tobytes()), document.view(np.ones(3, np.float32).tobytes())
     sparse = {"count": 1, "indices": {"bufferView": rows, "componentType": 5123}, "values": {"bufferView": moved}}
     fan = document.mesh(np.array([[0, 0, 0], [9, 0, 0], [9, 9, 0], [0, 9, 0]], np.int8), mode=6)
