@@ -88,15 +88,22 @@ def list_examples(
 
 
 def check(
-    grammar: Annotated[str, typer.Argument(metavar="FILE", help="A .cga, .toml or .xml file, or a shipped name.")],
+    grammar: Annotated[
+        str,
+        typer.Argument(metavar="FILE", help="A .cga, .toml or .xml file, a shipped name, or a folder."),
+    ],
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
+    ] = None,
+    library: Annotated[
+        Path | None, typer.Option("--library", help="Folder of further projects, such as ESRI.lib, to import from.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
     """List all findings about a rule file or a species.
 
-    Findings are errors, unsupported features and warnings. Imported files are included.
+    Findings are errors, unsupported features and warnings. Imported files are included. Of a folder, it tells how many
+    rule files give a model, and what the others lack, the most wanted first.
 
     The exit code is 1 if there is an error.
     """
@@ -104,7 +111,10 @@ def check(
         from grammarlab.runs.sample.checks import check_source
         from grammarlab.runs.sample.shipped import find_rules
 
-        source = find_rules(grammar, assets)
+        if Path(grammar).is_dir():
+            _check_folder(Path(grammar), library, as_json)
+            return
+        source = find_rules(grammar, assets, library)
         file, checked = source.path, check_source(source)
         findings = [finding for checked_file in checked for finding in checked_file.findings]
         counts = {kind: sum(f.severity == kind for f in findings) for kind in ("error", "unsupported", "warning")}
@@ -118,6 +128,41 @@ def check(
             print_result(_summary(file, counts))
         if counts["error"]:
             raise typer.Exit(FAILURE)
+
+
+_MOST_REASONS = 20
+"""Largest number of features, and of files, that are printed for a folder."""
+
+
+def _check_folder(folder: Path, library: Path | None, as_json: bool) -> None:
+    """Print how many rule files of a folder run, and what the others lack."""
+    from grammarlab.runs.sample.folder_checks import check_folder
+
+    checked = check_folder(folder, library)
+    if as_json:
+        print_json({"folder": str(folder), **checked.as_dict()})
+        return
+    counts = checked.counts()
+    nouns = {
+        "runs": "give a model",
+        "no start rule": "have no rule to begin with",
+        "import": "miss an imported file",
+        "error": "have an error",
+        "stops": "stop in a derivation",
+    }
+    print_result(f"{folder}: {len(checked.files):,} rule files")
+    for outcome, noun in nouns.items():
+        if outcome in counts:
+            print_result(f"  {counts[outcome]:,} {noun}")
+    if wanted := checked.wanted():
+        print_result("not supported, by the number of files that name it:")
+        for feature, number in wanted[:_MOST_REASONS]:
+            print_result(f"  {number:,}  {feature}")
+    failing = [file for file in checked.files if file.outcome in ("error", "stops", "import")]
+    for file in failing[:_MOST_REASONS]:
+        print_result(f"{file.file}: {file.reason}")
+    if len(failing) > _MOST_REASONS:
+        print_result(f"… and {len(failing) - _MOST_REASONS:,} more; --json lists them")
 
 
 def _summary(file: Path, counts: dict[str, int]) -> str:

@@ -109,6 +109,10 @@ def sample(
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
+    style: Annotated[str, typer.Option("--style", help="Style of a rule file, instead of its default style.")] = "",
+    library: Annotated[
+        Path | None, typer.Option("--library", help="Folder of further projects, such as ESRI.lib, to import from.")
+    ] = None,
     file_format: Annotated[FileFormat, typer.Option("--format", help="Format of the model files.")] = FileFormat.glb,
     single_file: Annotated[bool, typer.Option("--single-file", help="All models in one file.")] = False,
     instancing: Annotated[
@@ -172,7 +176,7 @@ def sample(
             return
         if not grammar:
             raise UsageError("which grammar or species? Give a file or a name that `grammarlab list` shows.")
-        source = find_rules(grammar, assets)
+        source = find_rules(grammar, assets, library, style)
         models = opened_models(source.suffix, source.text(), source.name, source.assets)
         _print_left_out(grammar, models.left_out())
         limit = {"num_models": num_models} if density is None or was_given(context, "num_models") else {}
@@ -183,6 +187,8 @@ def sample(
             density=density,
             gap=gap,
             assets=assets,
+            library=library,
+            style=style,
             **limit,
             seed=seed,
             attributes=models.attributes(attributes or []),

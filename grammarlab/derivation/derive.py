@@ -435,9 +435,16 @@ def _run(program: Program, workspace: Workspace, starts: Ids) -> None:
         DerivationError: If an operation cannot be applied.
     """
     pending, roots = workspace.pending, workspace.roots
+    workspace.finish = partial(_finish, program, workspace)
     different = np.unique(starts).tolist()
     for start in different:
         pending[start].append(roots if len(different) == 1 else roots.take(np.flatnonzero(starts == start)))
+    workspace.finish()
+
+
+def _finish(program: Program, workspace: Workspace) -> None:
+    """Apply the rules of all pending shapes, and of those that they make."""
+    pending = workspace.pending
     for group in program.order:
         waves = 0
         while any(pending[rule] for rule in group):

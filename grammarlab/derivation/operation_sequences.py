@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import count
 from typing import TypeAlias
 
 from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, all_values, argument, head, word
 from grammarlab.derivation.calls.branches import Branching, Leaf, route
 from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, Head, Operation
+from grammarlab.derivation.calls.inlining import combined_shapes, derived_at_once, merged
 from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.state.shapes import Shapes, child_keys, part_keys
@@ -121,6 +123,10 @@ class SequenceCompiler:
                 return self._block(BLOCKS[item.name], item)
             case Scatter():
                 return self._scatter(BLOCKS["scatter"], item)
+            case syntax.Inline():
+                return self._inline(item)
+            case syntax.Combine():
+                return self._combine(item)
         return _refusal(getattr(item, "name", type(item).__name__.lower()), item.location)
 
     def _operation(self, operation: Operation, item: Invoke) -> Step:
@@ -180,6 +186,29 @@ class SequenceCompiler:
                     inner = part.shapes if part.shapes.key is key else part.shapes._replace(key=key)
                     run_branches(body, inner, workspace)
             return shapes
+
+        return step
+
+    def _inline(self, item: syntax.Inline) -> Step:
+        """Code for ``inline``: the shapes of its body, derived at once, replace the current one."""
+        body, strategy, location = self.body(item.body, in_block=True), item.strategy or "append", item.location
+
+        def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            finished = derived_at_once(partial(run_branches, body), shapes, workspace, location)
+            return merged(shapes, finished, strategy, workspace, location)
+
+        return step
+
+    def _combine(self, item: syntax.Combine) -> Step:
+        """Code for ``union``, ``subtract`` and ``intersect``."""
+        bodies = [self.body(choice, in_block=True) for choice in (item.first, item.second)]
+        operation, location = item.operation, item.location
+
+        def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            first, second = (
+                derived_at_once(partial(run_branches, body), shapes, workspace, location) for body in bodies
+            )
+            return combined_shapes(shapes, first, second, operation, workspace, location)
 
         return step
 

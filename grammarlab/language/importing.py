@@ -13,11 +13,15 @@ MAX_FILES = 200
 """Largest number of files that a rule file may import, directly or not."""
 _MOST_ABOVE = 12
 """Largest number of folders above a rule file in which its imports are searched."""
+SUFFIX = ".cga"
+"""Suffix of rule files."""
 RULES = "rules"
 """Name of the folder of rule files in a CityEngine project."""
+_OF_PROJECTS = ("assets", "scenes", ".project")
+"""Names of what stands beside that folder in a project."""
 
 
-def load(path: str | Path, root: str | Path | None = None) -> Grammar:
+def load(path: str | Path, root: str | Path | None = None, library: str | Path | None = None) -> Grammar:
     """Read a rule file and its imports; see `grammarlab.language.grammar.read_text` for encodings.
 
     Findings about imports are in `Grammar.import_findings`.
@@ -26,6 +30,8 @@ def load(path: str | Path, root: str | Path | None = None) -> Grammar:
         path: the rule file.
         root: the folder that no import may leave, and that paths beginning with a slash start from. Default:
             `rules_folder`.
+        library: a folder of further projects, such as ``ESRI.lib``, in which paths beginning with a slash are searched
+            after the root.
 
     Raises:
         LanguageError: If the file has syntax errors, cannot be read, or is too large.
@@ -33,7 +39,7 @@ def load(path: str | Path, root: str | Path | None = None) -> Grammar:
     path = Path(path)
     grammar = Grammar.parse(read_text(path), str(path))
     folder = path.resolve().parent
-    reader = _ImportReader(rules_folder(folder) if root is None else Path(root).resolve())
+    reader = _ImportReader(import_roots(folder, root, library))
     return reader.with_imports(grammar, folder, (path.resolve(),))
 
 
@@ -42,11 +48,29 @@ def rules_folder(folder: Path) -> Path:
     return next((candidate for candidate in (folder, *folder.parents) if candidate.name.lower() == RULES), folder)
 
 
+def import_roots(folder: Path, root: str | Path | None, library: str | Path | None) -> tuple[Path, ...]:
+    """Folders in which imports are searched and that they may not leave.
+
+    Args:
+        folder: the folder of the importing rule file.
+        root: the first of them; by default `rules_folder`, then the project that it is in, if there is one.
+        library: the last of them, if there is one.
+    """
+    first = rules_folder(folder) if root is None else Path(root).resolve()
+    project = (first.parent,) if root is None and first.name.lower() == RULES and _is_project(first.parent) else ()
+    return (first, *project, *(() if library is None else (Path(library).resolve(),)))
+
+
+def _is_project(folder: Path) -> bool:
+    """Whether a folder with ``rules`` looks like a CityEngine project, and not like somebody's home."""
+    return any((folder / name).exists() for name in _OF_PROJECTS)
+
+
 class _ImportReader:
     """Reads each imported file once."""
 
-    def __init__(self, root: Path) -> None:
-        self.root = root
+    def __init__(self, roots: tuple[Path, ...]) -> None:
+        self.roots = roots
         self.read: dict[Path, Grammar] = {}
 
     def with_imports(self, grammar: Grammar, folder: Path, users: tuple[Path, ...]) -> Grammar:
@@ -70,7 +94,7 @@ class _ImportReader:
         return replace(grammar, libraries=libraries, import_findings=tuple(findings))
 
     def _library(self, statement: Import, folder: Path, users: tuple[Path, ...]) -> Grammar:
-        path = locate(statement, folder, self.root, users)
+        path = locate(statement, folder, self.roots, users)
         if path not in self.read:
             if len(self.read) >= MAX_FILES:
                 raise ImportProblemError(f"expected at most {MAX_FILES} imported files", "")
@@ -84,32 +108,35 @@ class _ImportReader:
         return self.read[path]
 
 
-def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...]) -> Path:
+def locate(statement: Import, folder: Path, roots: tuple[Path, ...], users: tuple[Path, ...]) -> Path:
     """Path of an imported file.
 
-    A path is searched in the folder of the importing file, then in the folders above it up to the root; it may begin
+    A path is searched in the folder of the importing file, then in the folders above it up to its root; it may begin
     with ``rules``, relative to a project. In CityEngine, a path with a leading slash starts from a workspace of
-    projects: it is searched from the root first, then with its leading folders removed one by one.
+    projects: it is searched from each root, then with its leading folders removed one by one. Outside the first root
+    only files that end in ``.cga`` are read.
 
     Args:
         statement: the import statement.
         folder: folder of the importing file.
-        root: the folder that no import may leave, and that paths beginning with a slash start from.
+        roots: the folders that no import may leave, and that paths beginning with a slash start from.
         users: the chain of importing files, ending with the importing file.
 
     Raises:
-        ImportProblemError: If the file lies outside the root, is not a valid path, or imports the importing file.
+        ImportProblemError: If the file lies outside the roots, is not a valid path, or imports the importing file.
     """
     written = PurePosixPath(statement.path.replace("\\", "/"))
     parts = tuple(part for part in written.parts if part != "/")
-    within = [candidate for candidate in (folder, *folder.parents) if candidate.is_relative_to(root)][:_MOST_ABOVE]
+    within = [
+        candidate for candidate in (folder, *folder.parents) if any(candidate.is_relative_to(root) for root in roots)
+    ][:_MOST_ABOVE]
     above = within[:1] if ".." in parts else within
     if written.is_absolute():
-        starts, deepest = [root, *above], len(parts)
+        starts, deepest = [*roots, *above], len(parts)
     else:
         starts, deepest = above or [folder], 2 if parts and parts[0].lower() == RULES else 1
     paths = [
-        _inside(statement, start, parts[first:], root)
+        _inside(statement, start, parts[first:], roots)
         for first in range(max(1, min(deepest, _MOST_ABOVE)))
         for start in starts
     ]
@@ -120,12 +147,14 @@ def locate(statement: Import, folder: Path, root: Path, users: tuple[Path, ...])
     return path
 
 
-def _inside(statement: Import, start: Path, parts: tuple[str, ...], root: Path) -> Path:
+def _inside(statement: Import, start: Path, parts: tuple[str, ...], roots: tuple[Path, ...]) -> Path:
     try:
         path = start.joinpath(*parts).resolve()
     except (OSError, ValueError, RuntimeError) as error:  # a name that is too long, a zero byte, circular links
         raise ImportProblemError(f"'{statement.path}' is not a valid path: {error}", "") from error
-    if not path.is_relative_to(root):
+    if not path.is_relative_to(roots[0]) and not (
+        path.suffix.lower() == SUFFIX and any(path.is_relative_to(root) for root in roots)
+    ):
         raise ImportProblemError(f"'{statement.path}' lies outside the folder of the rule file", "move it inside")
     return path
 

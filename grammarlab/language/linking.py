@@ -3,7 +3,7 @@
 Definitions of a file imported as ``st`` get the prefix ``st.``, and so do the symbols that its rules make. An imported
 attribute takes the value of the importing file's attribute of the same name, unless the import protects it or
 gives it another value; `CGA reference, import`. If the importing file defines a rule ``st.Facade``, that rule replaces
-the imported one. Styles are dropped.
+the imported one. ``import st(Tall) : …`` takes the style ``Tall`` of the file; otherwise styles are dropped.
 
 Imports that cannot be read are kept, so that the checker and derivations report them.
 """
@@ -18,6 +18,7 @@ from typing import TypeVar
 from grammarlab.errors import Finding, LanguageError
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar, default_style
+from grammarlab.language.styles import styled
 from grammarlab.language.syntax.builtins import Signature, attributes, blocks, functions, operations
 from grammarlab.language.syntax.keywords import KEYWORDS
 from grammarlab.language.syntax.printing import import_statement
@@ -132,6 +133,8 @@ class _Linker:
         self.copies += 1
         if self.copies > MAX_COPIES:
             raise _unlinkable(f"expected at most {MAX_COPIES} copies of imported files", statement)
+        for style in statement.styles[:1]:
+            library = styled(library, style)
         scope = _Scope(f"{importer.prefix}{statement.alias}.", library, importer.handed_on(statement))
         values_by_name = dict(statement.arguments)
         extensions = [replace(rule, name=scope.prefix + rule.name) for rule in _bodies(statement.rules, importer)]

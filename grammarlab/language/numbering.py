@@ -17,9 +17,11 @@ from grammarlab.language.syntax.syntax_tree import (
     Call,
     Case,
     Choice,
+    Combine,
     Definition,
     Group,
     Import,
+    Inline,
     Invoke,
     Item,
     Name,
@@ -204,6 +206,11 @@ class _Reader:
                 self._choice(part.body, copies if single else None, False)
             for part, _ in _parts(item.remainder, False) if item.remainder else ():
                 self._choice(part.body, None, False)
+        elif isinstance(item, Inline):
+            self._choice(item.body, None, False)
+        elif isinstance(item, Combine):
+            self._choice(item.first, None, False)
+            self._choice(item.second, None, False)
         elif isinstance(item, Scatter):
             self.blocks += [item.location, item.location]
             self._choice(item.body, None, False)

@@ -148,7 +148,9 @@ def right_handed(shapes: Shapes, table: MeshTable, frames: FrameTable) -> Shapes
     meshes = table.take(mesh[rows])
     points = meshes.points.copy()
     points[:, 0] = 1.0 - points[:, 0]
-    mesh[rows] = table.add(meshes.with_points(points).reversed())
+    # Reversed faces get reversed normals, but a mirrored normal still points outwards.
+    mirrored = meshes.with_points(points, stretch=np.broadcast_to([1.0, -1.0, -1.0], (len(meshes), 3)))
+    mesh[rows] = table.add(mirrored.reversed())
     return shapes.rescoped(position, shapes.size, frame, mesh)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +70,15 @@ class Recorder:
     def add_leaves(self, shapes: Shapes) -> None:
         """Record the geometry of finished shapes."""
         self._leaves.append(shapes)
+
+    def leaves_apart(self, derive: Callable[[], None]) -> list[Shapes]:
+        """Shapes that a part of a derivation finishes; they are not leaves of the models."""
+        outside, self._leaves = self._leaves, []
+        try:
+            derive()
+            return self._leaves
+        finally:
+            self._leaves = outside
 
     def finished(self) -> Iterator[Shapes]:
         """The finished shapes."""

@@ -48,6 +48,10 @@ class Budget:
     """Largest depth of nested calls of functions."""
 
 
+def _nothing() -> None:
+    """Nothing to finish yet."""
+
+
 @dataclass(frozen=True, slots=True)
 class CompiledAttribute:
     """An attribute or constant."""
@@ -97,6 +101,9 @@ class Workspace:
     """Shapes for the queries of a second derivation, in the first one of a grammar with spatial queries."""
     surroundings: Surroundings | None = None
     """Shapes that spatial queries see, in the second derivation; otherwise they have their default values."""
+    finish: Callable[[], None] = field(default=_nothing)
+    """Applies the rules of all pending shapes; set when the derivation begins."""
+    inline_depth: int = 0
     compared_pairs: int = 0
     """Pairs of shapes that spatial queries have compared."""
     tables: ArrayTable = field(default_factory=ArrayTable)

@@ -13,7 +13,7 @@ from grammarlab.language.checking.inference import ExpressionChecker
 from grammarlab.language.checking.symbols import EVERYTHING, Remarks, SupportedFeatures, Symbols, collect
 from grammarlab.language.checking.usage import BodyChecker
 from grammarlab.language.grammar import Grammar, read_text, start_rules
-from grammarlab.language.importing import MAX_FILES, ImportProblemError, locate, rules_folder
+from grammarlab.language.importing import MAX_FILES, ImportProblemError, import_roots, locate
 from grammarlab.language.syntax.keywords import Scope
 from grammarlab.language.syntax.parse import Parsed, parse
 from grammarlab.language.syntax.syntax_tree import Attribute, Function, Import, Rule, RuleFile, Style, Variable
@@ -59,7 +59,11 @@ def check_text(text: str, file: str = "<text>", supported: SupportedFeatures = E
 
 
 def check_files(
-    path: Path, name: str, supported: SupportedFeatures = EVERYTHING, root: Path | None = None
+    path: Path,
+    name: str,
+    supported: SupportedFeatures = EVERYTHING,
+    root: Path | None = None,
+    library: Path | None = None,
 ) -> tuple[CheckedFile, ...]:
     """Findings about a rule file and every file that it imports, directly or not.
 
@@ -69,6 +73,7 @@ def check_files(
         supported: the supported features; all others are reported with the severity ``unsupported``.
         root: the folder that no import may leave, and that paths beginning with a slash start from. Default:
             `rules_folder`.
+        library: a folder of further projects, see `grammarlab.language.importing.load`.
 
     Returns:
         The file, then those it imports, each once.
@@ -78,7 +83,7 @@ def check_files(
     """
     text = read_text(path)  # first, since links to themselves cannot be resolved
     folder = path.resolve().parent
-    checker = _Checker(supported, rules_folder(folder) if root is None else root.resolve(), folder, Path(name).parent)
+    checker = _Checker(supported, import_roots(folder, root, library), folder, Path(name).parent)
     checker.read(path.resolve(), name, text, ())
     return tuple(checker.checked.values())
 
@@ -111,7 +116,7 @@ def _check_tree(
             case Import():
                 _check_import(definition, expressions, bodies)
             case Style():
-                remarks.unsupported(supported.constructs, "style", definition.location, "a style")
+                pass
     check_shadowed(tree, remarks)
     check_endless(tree, remarks)
     if whole:
@@ -175,9 +180,11 @@ def _check_parsed(
 class _Checker:
     """Checks each file once."""
 
-    def __init__(self, supported: SupportedFeatures, root: Path, folder: Path, display_folder: Path) -> None:
+    def __init__(
+        self, supported: SupportedFeatures, roots: tuple[Path, ...], folder: Path, display_folder: Path
+    ) -> None:
         self.supported = supported
-        self.root = root
+        self.roots = roots
         self.folder = folder
         self.display_folder = display_folder
         """The folder, as the user gave it."""
@@ -212,7 +219,7 @@ class _Checker:
         return libraries, problems
 
     def _library(self, statement: Import, folder: Path, users: tuple[Path, ...]) -> Symbols | None:
-        path = locate(statement, folder, self.root, users)
+        path = locate(statement, folder, self.roots, users)
         if path not in self.checked:
             if len(self.checked) > MAX_FILES:
                 raise ImportProblemError(f"expected at most {MAX_FILES} imported files", "")

@@ -112,8 +112,8 @@ class BodyChecker:
         if arities is not None:
             if len(item.arguments) not in arities:
                 counts = " or ".join(map(str, sorted(arities)))
-                message = f"the rule {name} takes {counts} arguments, found {len(item.arguments)}"
-                self.remarks.error("wrong-arity", item.location, message, f"or write a rule {_headline(item)} --> …")
+                message = f"the rule {name} takes {counts} arguments, found {len(item.arguments)}: the shape ends here"
+                self.remarks.warning("wrong-arity", item.location, message, f"or write a rule {_headline(item)} --> …")
             return
         alias, rest = self.symbols.library_of(name)
         if alias:

@@ -286,6 +286,14 @@ class _Scan:
                 self.tokens[index - 1] = name._replace(value=value, end=number.end)
                 self.dropped.update((index, index + 1))
 
+    def _sign(self, index: int, token: Token) -> None:
+        """Join ``x-``, the handle annotation's name for a direction, into one name."""
+        following = self.tokens[index + 1].type if index + 1 < len(self.tokens) else ""
+        before = self.tokens[index - 1] if index else token
+        if before.type == "NAME" and before.value in ("x", "y", "z") and following in ("RPAR", "_COMMA"):
+            self.tokens[index - 1] = before._replace(value=before.value + token.value, end=token.end)
+            self.dropped.add(index)
+
     def _semicolon(self, index: int, token: Token) -> None:
         if not self.open or self.tokens[self.open[-1]].type != "_LBRACKET":
             message = "CGA has no ';': definitions and operations follow one another without a separator"
@@ -345,7 +353,7 @@ _STEPS = {
     "_COLON": _Scan._colon,
     "_BAR": _Scan._bar,
     "_COMMA": _Scan._pass,
-    "SIGN": _Scan._pass,
+    "SIGN": _Scan._sign,
     "PREFIX": _Scan._pass,
     "OPERATOR": _Scan._star,
     "_AT": _Scan._annotation_start,

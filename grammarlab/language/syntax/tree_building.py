@@ -321,14 +321,12 @@ class TreeBuilder(Transformer[Any, Any]):
         constant = mark.value == "const"
         if parameters is None:
             return Attribute(name.value, value, constant, variables=variables, location=name.location)
-        if not constant:
-            hint = "a function has no 'attr': write name(a) = …"
-            raise MistakeError("attribute-parameters", "an attribute has no parameters", name.location, hint)
+        # An attribute with parameters is a function: nothing outside can give it a value.
         return Function(
             name=name.value,
             parameters=parameters,
             value=value,
-            constant=True,
+            constant=constant,
             variables=variables,
             location=name.location,
         )

@@ -20,7 +20,7 @@ from grammarlab.language.checking.check import CheckedFile, SupportedFeatures, c
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.builtins import attributes
 from grammarlab.language.syntax.syntax_tree import Attribute, Choice, Invoke, Name, RuleFile, String, walk
-from grammarlab.runs.sample.domains import CheckedText, domain_of, opened_models, suffix_of
+from grammarlab.runs.sample.domains import DEFAULT, CheckedText, domain_of, opened_models, suffix_of
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import RuleSource
 
@@ -29,9 +29,10 @@ _KEYWORDS = {
     **{name: block.keywords | block.selectors for name, block in BLOCKS.items()},
     **{name: function.keywords for name, function in BUILTINS.items()},
 }
+_IMMEDIATE = frozenset({"inline", "intersect", "subtract", "union"})
 _MATERIAL = frozenset(name for name in SHAPE_ATTRIBUTES if name.startswith("material."))
 SUPPORTED = SupportedFeatures(
-    operations=(frozenset(OPERATIONS) - LEFT_OUT) | frozenset(BLOCKS) | {"NIL"},
+    operations=(frozenset(OPERATIONS) - LEFT_OUT) | frozenset(BLOCKS) | _IMMEDIATE | {"NIL"},
     functions=frozenset(BUILTINS) | {"sel"},
     attributes=frozenset(SHAPE_ATTRIBUTES),
     keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
@@ -87,16 +88,23 @@ def check_source(source: RuleSource) -> Sequence[CheckedText]:
     Raises:
         LanguageError: If the file cannot be read, or is too large.
     """
+    if source.library is not None and suffix_of(source.path) == DEFAULT:
+        return check_rules(source.path, source.assets, source.library)
     return domain_of(suffix_of(source.path)).check(source.path, source.assets)
 
 
-def check_rules(path: Path, assets: Path) -> tuple[CheckedFile, ...]:
+def check_rules(path: Path, assets: Path, library: Path | None = None) -> tuple[CheckedFile, ...]:
     """Findings about a rule file and its imports, including unsupported features and missing meshes.
+
+    Args:
+        path: the rule file.
+        assets: folder of its assets.
+        library: a folder of further projects that it imports from.
 
     Raises:
         LanguageError: If the file cannot be read, or is too large.
     """
-    checked = check_files(path, str(path), SUPPORTED)
+    checked = check_files(path, str(path), SUPPORTED, library=library)
     return tuple(replace(file, findings=_with_assets(file, assets)) for file in checked)
 
 

@@ -60,8 +60,12 @@ class AbstractDomain(ABC, Generic[Space, Models]):
     """A kind of files that describe designs."""
 
     @abstractmethod
-    def read(self, path: Path) -> str:
+    def read(self, path: Path, library: Path | None = None) -> str:
         """Text of a file, merged with all other files that it needs except assets.
+
+        Args:
+            path: the file.
+            library: a folder of further projects that rule files import from.
 
         Raises:
             LanguageError: If it cannot be read or is too large.

@@ -89,7 +89,7 @@ class GrammarModels(AbstractModels):
 class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
     """Domain of rule files."""
 
-    def read(self, path: Path) -> str:
+    def read(self, path: Path, library: Path | None = None) -> str:
         """Text of the file merged with its imports; the file's own text if it has syntax errors."""
         text = read_text(path)
         if re.search(r"\bimport\b", text) is None:
@@ -98,7 +98,7 @@ class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
         from grammarlab.language.linking import linked  # noqa: PLC0415
 
         try:
-            return linked(load(path))
+            return linked(load(path, library=library))
         except LanguageError as error:
             if any(finding.code == "bad-import" for finding in error.findings):
                 raise

@@ -133,6 +133,8 @@ class SampleRequest:
         density: float | None = None,
         gap: float = 0.0,
         assets: Path | None = None,
+        library: Path | None = None,
+        style: str = "",
         **options: Unpack[RequestOptions],
     ) -> Self:
         """A request for a file that describes models, or a shipped example.
@@ -146,9 +148,11 @@ class SampleRequest:
                 area of the same density keeps the trees of a smaller one.
             gap: metres between the crowns of these trees; negative if they may reach into each other.
             assets: folder of assets, by default the one beside the file.
+            library: folder of further projects that a rule file imports from.
+            style: style of a rule file, instead of its default style.
             **options: the other fields of this class.
         """
-        source = find_rules(str(grammar), assets)
+        source = find_rules(str(grammar), assets, library, style)
         text = source.text()
         if on and footprint:
             raise UsageError("trees stand on an area or on footprints: give one of them.")

@@ -10,7 +10,7 @@ from pathlib import Path
 from grammarlab.about import PACKAGE
 from grammarlab.errors import AssetError, TomlError, UsageError
 from grammarlab.files import read_bounded
-from grammarlab.language.grammar import read_text
+from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.language.importing import RULES, rules_folder
 from grammarlab.runs.sample.domains import CONVERTED, DEFAULT, DOMAINS, SPECIES, domain_of, suffix_of
 from grammarlab.toml_text import toml_table, toml_text
@@ -32,6 +32,10 @@ class RuleSource:
     """Folder of the assets that it names."""
     shipped: bool
     """Whether it is a shipped example."""
+    library: Path | None = None
+    """Folder of further projects that a rule file imports from."""
+    style: str = ""
+    """Style of a rule file, instead of its default style."""
 
     def text(self) -> str:
         """Text of the file merged with its imports, or converted (`domains.CONVERTED`).
@@ -39,7 +43,14 @@ class RuleSource:
         Raises:
             LanguageError: If it cannot be read or is too large.
         """
-        return domain_of(suffix_of(self.path)).read(self.path)
+        text = domain_of(suffix_of(self.path)).read(self.path, self.library)
+        if not self.style:
+            return text
+        if suffix_of(self.path) != SUFFIX:
+            raise UsageError(f"{self.path}: only {SUFFIX} files have styles, found the style {self.style!r}.")
+        from grammarlab.language.styles import styled  # noqa: PLC0415  # few runs use a style
+
+        return styled(Grammar.parse(text, self.file), self.style).text
 
     @property
     def suffix(self) -> str:
@@ -133,25 +144,28 @@ def _holds_anything(folder: Path) -> bool:
         return False
 
 
-def find_rules(argument: str, assets: Path | None = None) -> RuleSource:
+def find_rules(argument: str, assets: Path | None = None, library: Path | None = None, style: str = "") -> RuleSource:
     """File of a GRAMMAR argument: a path, or the name of a shipped grammar or species.
 
     Args:
         argument: text of the argument.
         assets: the folder of assets; by default that of `assets_folder`.
+        library: a folder of further projects that rule files import from.
+        style: a style of a rule file.
 
     Raises:
         UsageError: If there is no such file or example; it names the nearest.
     """
-    if assets is not None and not assets.is_dir():
-        raise UsageError(f"assets folder {str(assets)!r} is not a folder.")
+    for subject, folder in (("assets", assets), ("library", library)):
+        if folder is not None and not folder.is_dir():
+            raise UsageError(f"{subject} folder {str(folder)!r} is not a folder.")
     path = Path(argument)
     if path.is_file():
-        return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False)
+        return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False, library=library, style=style)
     examples = {source.name: source for source in (*shipped_examples(), *shipped_species())}
     if argument in examples:
         example = examples[argument]
-        return RuleSource(example.name, example.path, assets or example.assets, shipped=True)
+        return RuleSource(example.name, example.path, assets or example.assets, shipped=True, style=style)
     if path.is_dir():
         raise UsageError(
             f"{argument!r} is a folder; expected a {SUFFIX} or {SPECIES} file, or one of: {', '.join(examples)}."

@@ -34,7 +34,6 @@ def codes(text):
         # numbers of arguments
         ("Lot --> t(0, 1) A", "wrong-arity", "t(0, 1)"),
         ("Lot --> color(1, 2) A", "wrong-arity", "color(1, 2)"),
-        ("Lot --> A(1) A\nA --> NIL", "wrong-arity", "A(1)"),
         ("Lot --> extrude(f(1)) A\nf(a, b) = a + b", "wrong-arity", "f(1)"),
         ("Lot --> extrude(rand(1, 2, 3)) A", "wrong-arity", "rand(1, 2, 3)"),
         ("Lot --> comp(f)", "missing-block", "comp(f)"),
@@ -202,7 +201,6 @@ NOTHING = SupportedFeatures(*[frozenset()] * 5)
         ("attr a = sqrt(2) .+ 1\nLot --> A", ".+"),
         ('import a : "b.cga"\nLot --> A', "import"),
         ('import a : "b.cga"\nLot --> a(h = 1).A', "redefining"),
-        ("style Red\nLot --> A", "style"),
         ("f with (x := 1) = x\nLot --> A", "variable"),
         ("attr a = comp(f) { all : 1 }\nLot --> A", "comp as a function"),
         ("Lot --> comp(f) { all =: A }", "=:"),

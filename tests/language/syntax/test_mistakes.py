@@ -42,7 +42,6 @@ MISTAKES = [
     ("Lot --> x = 3 A", "misplaced-equals", "=", "with (x := 1)"),
     ("Lot --> split(x) { 2*~1 : A }", "misplaced-tilde", "~", "~2*x"),
     ("f(1, x) = 2", "bad-parameter", "1", "Name(a, b)"),
-    ("attr a(x) = 2", "attribute-parameters", "a", "no 'attr'"),
     ("attr a = f({1, 2})", "misplaced-braces", "1", "[1, 2, 3]"),
     ("attr a = 1e999", "number-too-large", "1e999", ""),
     ("attr a = b[1][2][3]", "bad-index", "3", "row, column"),

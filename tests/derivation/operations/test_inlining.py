@@ -1,0 +1,120 @@
+"""Shapes derived at once: ``inline``, ``union``, ``subtract`` and ``intersect``."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from grammarlab.derivation import derive
+from grammarlab.derivation.state.mesh_table import scaled
+from grammarlab.errors import BudgetError
+from grammarlab.geometry.meshes.booleans import Operation, combined
+from grammarlab.geometry.meshes.edges import is_closed_surface
+from grammarlab.geometry.meshes.measure import areas, volumes
+from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.primitives import box
+from grammarlab.language.grammar import Grammar
+from tests.cases import bulk
+
+HALVES = "A --> X  B --> t(0, 1, 0) Y"
+
+
+def geometry(forest) -> Meshes:
+    return scaled(forest.meshes.take(forest.leaves.mesh), forest.leaves.size)
+
+
+def volume_of(text: str, **options) -> float:
+    return float(volumes(geometry(derive(Grammar.parse(text), 1, 1, footprint=(4.0, 4.0), **options))).sum())
+
+
+def cuboid(low, size) -> Meshes:
+    mesh = box()
+    return mesh.with_points(np.array(low, float) + mesh.points * np.array(size, float))
+
+
+@given(st.lists(st.integers(0, 6), min_size=6, max_size=6), st.lists(st.integers(1, 4), min_size=6, max_size=6))
+@bulk(40)
+def test_boolean_operations_on_boxes_count_their_unit_cubes(lows, sizes):
+    def cells(low, size):
+        ranges = [range(a, a + b) for a, b in zip(low, size, strict=True)]
+        return {(x, y, z) for x in ranges[0] for y in ranges[1] for z in ranges[2]}
+
+    first, second = (cells(lows[i : i + 3], sizes[i : i + 3]) for i in (0, 3))
+    left, right = ([cuboid(lows[i : i + 3], sizes[i : i + 3])] for i in (0, 3))
+    expected_cells: dict[Operation, set] = {
+        "union": first | second,
+        "subtract": first - second,
+        "intersect": first & second,
+    }
+    for operation, expected in expected_cells.items():
+        mesh = combined(left, right, operation)
+        assert mesh is not None
+        assert volumes(mesh)[0] == pytest.approx(len(expected), abs=1e-9)
+
+
+def test_a_tunnel_is_a_face_with_a_hole_on_both_sides():
+    mesh = combined([cuboid([0, 0, 0], [4, 4, 4])], [cuboid([1, 1, -1], [2, 2, 6])], "subtract")
+    assert mesh is not None
+    assert mesh.num_faces == 10
+    assert areas(mesh)[0] == pytest.approx(96.0 - 8.0 + 32.0)
+    assert is_closed_surface(mesh)[0]
+
+
+def test_faces_that_meet_stay_closed_where_a_corner_lies_on_an_edge():
+    mesh = combined([cuboid([0, 0, 0], [4, 4, 4])], [cuboid([4, 0, 0], [2, 2, 2])], "union")
+    assert mesh is not None
+    assert is_closed_surface(mesh)[0]
+    assert mesh.num_faces == 9
+
+
+def test_inlined_shapes_become_the_current_shape():
+    forest = derive(Grammar.parse(f"Lot --> inline split(x) {{ '0.5 : A | ~1 : B }} extrude(2) C {HALVES}"), 2, 1)
+    names = [forest.symbols[symbol] for symbol in forest.nodes.symbol[forest.leaves.node]]
+    assert names == ["C", "C"]
+    assert volumes(geometry(forest)).tolist() == pytest.approx([20.0 * 20.0 * 2.0] * 2)
+
+
+def test_a_single_inlined_shape_is_taken_as_it_is():
+    text = 'Lot --> inline R report("y", scope.sy) C  R --> 50% : extrude(5) color("#ff0000") X else : extrude(2) X'
+    forest = derive(Grammar.parse(text), 20, 1)
+    assert set(forest.reports.value.tolist()) == {5.0, 2.0}
+    red = forest.materials.channels[forest.leaves.material, 1] == 0.0
+    assert (red == (forest.leaves.size[:, 1] == 5.0)).all()
+
+
+@pytest.mark.parametrize(("strategy", "volume"), [("append", 96.0), ("unify", 72.0)])
+def test_overlapping_shapes_are_appended_or_unified(strategy, volume):
+    text = f"Lot --> extrude(4) inline({strategy}) {{ P Q }} R  P --> s('1, '1, '0.75) X  Q --> s('0.75, '1, '1) Y"
+    expected = volume if strategy == "append" else 64.0 - 4.0
+    assert volume_of(text) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("operation", "volume"), [("union", 64 + 64 - 16), ("subtract", 64 - 16), ("intersect", 16)])
+def test_boolean_operations_on_shapes(operation, volume):
+    text = f"Lot --> extrude(4) {operation} {{ P | Q }} R  P --> X  Q --> t(2, 0, 2) Y"
+    assert volume_of(text) == pytest.approx(volume)
+
+
+def test_what_is_not_closed_stays_with_a_warning():
+    forest = derive(Grammar.parse("Lot --> subtract { P | Q } R  P --> X  Q --> t(1, 0, 0) Y"), 1, 1)
+    assert [warning.message for warning in forest.warnings] == [
+        "subtract expects closed geometry; what is not closed stays as it is"
+    ]
+    assert areas(geometry(forest)).sum() == pytest.approx(400.0)
+
+
+def test_a_model_with_inlined_chance_does_not_depend_on_its_batch():
+    text = """Lot --> extrude(rand(2, 5)) inline { split(x) { ~rand(1, 3) : Part }* } comp(f) { all : F }
+              Part --> 30% : NIL else : s('1, '(rand(1)), '1) X"""
+    batch = derive(Grammar.parse(text), 4, 3)
+    alone = derive(Grammar.parse(text), 1, 3, first_model=2)
+    rows = batch.nodes.model[batch.leaves.node] == 2
+    assert np.array_equal(batch.leaves.position[rows], alone.leaves.position)
+    assert np.array_equal(batch.leaves.size[rows], alone.leaves.size)
+
+
+def test_rules_that_inline_themselves_end():
+    with pytest.raises(BudgetError, match="contain each other"):
+        derive(Grammar.parse("Lot --> inline Lot A"), 1, 1)
