@@ -248,7 +248,7 @@ def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
         **_rate_as_json(result.learned),
         "seconds": result.seconds,
         "notes": list(result.notes),
-        "findings": [*result.density.predicted.findings, *result.learned.findings],
+        "findings": list(density.notes),
         **_truth_as_json(result.truth),
     }
 
@@ -269,8 +269,7 @@ def _labels_as_lines(result: LabelsResult) -> list[str]:
         *([] if result.gain is None else [f"16 more scores are expected to gain {result.gain:.2g} nats"]),
         f"features: {', '.join(density.names) or 'none: all models are liked equally'}",
         *(f"note: factor {name} is left out: all its scores are 0" for name in result.left_out),
-        *(f"note: {finding}" for finding in density.predicted.findings),
-        *_notes(result.learned),
+        *(f"note: {note}" for note in density.notes),
     ]
 
 

@@ -56,6 +56,18 @@ class SimplifiedPreference:
         """The function multiplied by a factor."""
         return replace(self, scores=self.scores * factor)
 
+    def times(self, other: SimplifiedPreference) -> SimplifiedPreference:
+        """The product with another function of the same columns."""
+        tree, scores = list(self.tree), self.scores.tolist()
+        for leaf, score in enumerate(self.scores.tolist()):
+            numbers = [leaf]
+            for split in other.tree:
+                tree.append(split._replace(leaf=numbers[split.leaf]))
+                numbers.append(len(tree))
+            scores += [score * value for value in other.scores[1:].tolist()]
+            scores[leaf] = score * float(other.scores[0])
+        return SimplifiedPreference(tuple(tree), np.array(scores)).pruned()
+
     def pruned(self) -> SimplifiedPreference:
         """The same function without redundant splits."""
         splits: list[Split] = []

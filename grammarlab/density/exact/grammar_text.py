@@ -10,10 +10,10 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.density.exact.attributes import AttributeParts, drawn_range, leaf_at
-from grammarlab.density.exact.inside import InsideWeights, branch_weights
+from grammarlab.density.exact.inside import InsideWeights
 from grammarlab.density.exact.naming import AbstractNames, SplitNames
 from grammarlab.density.exact.splitting import PLAIN, Splitting, Variant, Way
-from grammarlab.density.exact.trimming import Trimming, Ways
+from grammarlab.density.exact.written_rules import WrittenRules
 from grammarlab.density.grammar_skeleton import Alternative, Cases, Chance, leaves
 from grammarlab.density.grammar_skeleton import Body as Original
 from grammarlab.density.rounding import EXACT, rounded, rounded_parts
@@ -96,8 +96,8 @@ def write(
         step: probabilities are multiples of this (`grammarlab.density.rounding`).
         min_share: less probable branches may be left out (`grammarlab.density.exact.trimming`).
     """
-    words, trimming = names(splitting, _identifiers(grammar)), Trimming(splitting, weights, min_share)
-    return _GrammarWriter(grammar, splitting, weights, words, step, trimming).run(header)
+    words, rules = names(splitting, _identifiers(grammar)), WrittenRules(splitting, weights, min_share)
+    return _GrammarWriter(grammar, splitting, weights, words, step, rules).run(header)
 
 
 class _GrammarWriter:
@@ -108,17 +108,15 @@ class _GrammarWriter:
         weights: InsideWeights,
         words: AbstractNames,
         step: float,
-        trimming: Trimming,
+        rules: WrittenRules,
     ) -> None:
         self.grammar = grammar
-        self.trimming = trimming
-        self.ways: dict[int, Ways] = {}
-        """The written ways of variants, by the identity of the variant."""
+        self.rules = rules
         self.step = step
         self.splitting = splitting
         self.weights = weights
         self.tree = splitting.automaton.components.tree
-        self.components = tuple(_components(splitting, weights, step, trimming))
+        self.components = tuple(_components(splitting, weights, step, rules))
         self.mixed = len(self.components) > 1
         self.branching = len({component.start for component in self.components}) > 1
         """Whether the start rule has a branch for each component; otherwise they differ in attributes only."""
@@ -187,23 +185,14 @@ class _GrammarWriter:
             # A case that no model of the sample reached.
             self._follow_plain(*_keys_below(body))
         elif isinstance(body, Alternative):
-            for way in self._ways(variant, body):
+            for way in self.rules.ways_of(variant, body.branch):
                 yield from way.children.values()
                 self._follow_plain(*(s.key for index, s in enumerate(body.successors) if index not in way.children))
         else:
             dropped = isinstance(body, Chance) and body.probabilities is not None
             for branch in body.branches:
-                if not dropped or self._is_written(variant, branch):
+                if not dropped or self.rules.has(variant, branch):
                     yield from self._children(variant, branch)
-
-    def _ways(self, variant: Variant, body: Alternative) -> tuple[Way, ...]:
-        if id(variant) not in self.ways:
-            self.ways[id(variant)] = self.trimming.ways(variant)
-        return self.ways[id(variant)].get(body.branch, ())
-
-    def _is_written(self, variant: Variant, branch: Original) -> bool:
-        """Whether a branch of a choice with percentages is not left out."""
-        return any(self._ways(variant, alternative) for alternative in leaves(branch))
 
     def _follow_plain(self, *keys: SymbolKey) -> None:
         queue = [key for key in keys if key not in self.plain]
@@ -224,7 +213,7 @@ class _GrammarWriter:
             self.name |= dict.fromkeys(alone, key[0])
             others = [number for number in numbers if number not in alone]
             variants = [self.splitting.variants[number] for number in others]
-            names = self.words.names(variants, [self.trimming.ways(variant) for variant in variants])
+            names = self.words.names(variants, [self.rules.ways(variant) for variant in variants])
             self.name |= dict(zip(others, names, strict=True))
         if self.branching:
             self.start_name = self.words.fresh(f"{start[0]}_mixture") if start in self.plain else start[0]
@@ -276,37 +265,28 @@ class _GrammarWriter:
     def _same(self, variant: Variant, body: Original) -> bool:
         """Whether a body keeps its probabilities and the names of its successors."""
         if isinstance(body, Alternative):
-            ways = self._ways(variant, body)
+            ways = self.rules.ways_of(variant, body.branch)
             return body.branch is None or (
                 len(ways) == 1
                 and all(self.name[child] == body.successors[index].key[0] for index, child in ways[0].children.items())
             )
         branches = list(body.branches)
         if isinstance(body, Chance) and body.probabilities is not None:
-            old, new = np.array(body.probabilities), self._branch_weights(variant, body)
+            old, new = np.array(body.probabilities), self.rules.branch_weights(variant, body)
             if (np.abs(new / new.sum() - old) > _PROBABILITY_TOLERANCE * old).any():
                 return False
             branches = [branch for branch, p in zip(branches, old, strict=True) if p > 0.0]
         return all(self._same(variant, branch) for branch in branches)
-
-    def _branch_weights(self, variant: Variant, chance: Chance) -> Floats:
-        base_weights = branch_weights(chance, self.splitting.base) or (1.0,) * len(chance.branches)
-        return np.array(
-            [
-                w * self.weights.body(variant, b) if self._is_written(variant, b) else 0.0
-                for w, b in zip(base_weights, chance.branches, strict=True)
-            ]
-        )
 
     def _body(self, variant: Variant, body: Original) -> Body:
         """The choices of a rule in a variant."""
         if self.weights.body(variant, body) == 0.0:
             return _plain_body(body)
         if isinstance(body, Alternative):
-            ways = [(self.weights.way(way), way) for way in self._ways(variant, body)]
+            ways = [(self.weights.way(way), way) for way in self.rules.ways_of(variant, body.branch)]
             return _choice([(weight, self._text(body, way)) for weight, way in ways], self.step)
         if isinstance(body, Chance) and body.probabilities is not None:
-            weights = self._branch_weights(variant, body).tolist()
+            weights = self.rules.branch_weights(variant, body).tolist()
             return _choice(
                 [(w, self._body(variant, b)) for w, b in zip(weights, body.branches, strict=True) if w > 0.0], self.step
             )
@@ -321,7 +301,7 @@ class _GrammarWriter:
         return Text(alternative.branch or (), names)
 
 
-def _components(splitting: Splitting, weights: InsideWeights, step: float, trimming: Trimming) -> Iterator[Mixed]:
+def _components(splitting: Splitting, weights: InsideWeights, step: float, rules: WrittenRules) -> Iterator[Mixed]:
     """The components with a weight above 0 that are not left out, their probabilities summing to 1."""
     base_probabilities = [a.probabilities if splitting.base == "grammar" else a.shares for a in splitting.attributes]
     summands: list[tuple[float, tuple[Floats, ...], int]] = []
@@ -331,11 +311,11 @@ def _components(splitting: Splitting, weights: InsideWeights, step: float, trimm
         weight = component.weight * weights.of(component.start) * float(np.prod([d.sum() for d in drawn]))
         if weight > 0.0:
             futures = zip(drawn, component.attributes, strict=True)
-            parts = tuple(trimming.parts(d / d.sum(), future) for d, future in futures)
-            summands.append((weight, parts, component.start))
+            parts = tuple(rules.trimming.parts(d / d.sum(), future) for d, future in futures)
+            summands.append((weight, parts, rules.of(component.start)))
             outside.append(component.weight)
     total = sum(weight for weight, _, _ in summands)
-    probabilities = trimming.parts(np.array([weight / total for weight, _, _ in summands]), np.array(outside))
+    probabilities = rules.trimming.parts(np.array([weight / total for weight, _, _ in summands]), np.array(outside))
     summands = [summand for summand, probability in zip(summands, probabilities, strict=True) if probability > 0.0]
     shares = rounded(probabilities[probabilities > 0.0].tolist(), step)
     for share, (_, drawn, start) in zip(shares, summands, strict=True):

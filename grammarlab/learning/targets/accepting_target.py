@@ -26,7 +26,8 @@ from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.conditions import sites_of
 from grammarlab.features.patterns.pattern import Feature, Present
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.targets.simplification import TOLERANCE
+from grammarlab.learning.targets.divergence import agreement
+from grammarlab.learning.targets.simplification import TOLERANCE, simpler
 from grammarlab.learning.targets.target_density import (
     MAX_TEXT,
     PoolDensity,
@@ -59,6 +60,8 @@ _SIZE_FACTOR = 0.75
 """Factor of the splits of the next candidate after a tree whose grammar is too large."""
 _MIN_RATE_GAIN = 1.25
 """Smallest factor of the acceptance rate that a larger grammar needs."""
+_MAX_RULE_LEAVES = 32
+"""Largest number of leaves of a rule of its own."""
 _SIZE_TOLERANCE = 0.05
 """Relative difference of sizes that count as equal; then the nearest grammar is used."""
 
@@ -86,8 +89,9 @@ def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequen
     best: tuple[Simple, LearnedGrammar] | None = None
     fewest, fitting = 0, np.inf
     header = [*lines, f"Method compile, base {making.base}"]
-    if Acceptance.of(density.target.grammar.tree) is None:
-        for simple in density.simple(exact_only=True):
+    has_rule = Acceptance.of(density.target.grammar.tree) is not None
+    for columns in () if has_rule else density.column_sets(exact_only=True):
+        for simple in density.simple(columns):
             if simple.js > TOLERANCE:
                 break
             if len(simple.preference.tree) > fitting:
@@ -99,6 +103,8 @@ def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequen
                 fewest, fitting = min(fewest or size, size), len(simple.preference.tree)
             elif best is None or _is_better((simple, learned), best):
                 best = simple, learned
+        if best is not None:
+            break  # other columns would only stand for those that matter
     if best is not None:
         ones = np.ones(len(density.scores))
         return ReadableSampler(
@@ -135,7 +141,6 @@ def _with_acceptance(
     """
     simple = density.simplest(exact_only=False)
     grammar = density.target.grammar
-    header = [*lines, f"Method compile with acceptance, base {density.target.base}"]
     values = simple.preference(density.columns.rows)
     features = tuple(density.columns.features[column] for column in simple.preference.columns.tolist())
     best = _Part(None, float(values.max()), float(density.weights @ values / values.max() / density.weights.sum()))
@@ -159,8 +164,10 @@ def _with_acceptance(
                 target = density.as_target(part.preference)
                 best, learned = part, rounded_off(density, target, forest, (), candidate, keep_probability)
                 break
-    rate = best.rate if original_rule is None else best.rate * _mean(original_rule, density)
-    text = _rule(density, simple, best)
+    text, mean, followed, js = _rule(density, simple, best)
+    rate = mean if original_rule is None else mean * _mean(original_rule, density)
+    method = f"Method compile with acceptance, base {density.target.base}"
+    header = [*lines, f"An acceptance rule keeps {rate:.2g} of the models; other engines ignore it.", method]
     if learned is None:
         plain, rule = product_with_own(grammar, text)
         written = with_rule(plain, Acceptance(rule, {}), rate, header)
@@ -169,23 +176,22 @@ def _with_acceptance(
         acceptance = Acceptance(rule, split_symbols(learned, rule.features))
         written = with_rule(learned.grammar, acceptance, rate, header)
     findings = [f"{why}, so the file keeps {rate:.2g} of its models by an acceptance rule; other engines ignore it"]
-    if simple.js > TOLERANCE:
+    if js > TOLERANCE:
         findings.append(
-            f"the predictions need more features: {simple.js:.2g} nats of them were given up, "
-            "which more scores may mend"
+            f"the predictions need more features: {js:.2g} nats of them were given up, which more scores may mend"
         )
     result = AcceptedGrammar(
         text=written,
         original=grammar,
         part=learned,
         rule=Expression.parse(text),
-        mean=best.rate,
+        mean=mean,
         accept_rate=rate,
         base=density.target.base,
         findings=tuple(findings),
         assets=density.target.assets,
     )
-    return result, simple.preference
+    return result, followed
 
 
 class _Part(NamedTuple):
@@ -288,9 +294,44 @@ def _mean(rule: Acceptance, density: PoolDensity) -> float:
     return float(np.concatenate([rule.probabilities(forest) for forest in forests]).mean())
 
 
-def _rule(density: PoolDensity, predicted: Simple, part: _Part) -> str:
-    """The quotient of both functions as an expression, at most 1."""
+class _Rule(NamedTuple):
+    """An acceptance rule."""
+
+    text: str
+    """Expression, at most 1."""
+    rate: float
+    """Share of the models of the grammar that it keeps."""
+    preference: SimplifiedPreference
+    """Function that the grammar and the rule follow together."""
+    js: float
+    """Divergence in nats of this function from the predictions, on the pool."""
+
+
+def _rule(density: PoolDensity, predicted: Simple, part: _Part) -> _Rule:
+    """The shorter one of two rules for what the grammar leaves open.
+
+    One is the quotient of the predicted function and that of the grammar, and the other a function of its own, which
+    names only what the grammar does not express.
+    """
+    columns = density.columns
     if part.preference is None:
-        return density.columns.text(predicted.preference.scaled(1.0 / part.highest))
-    below = density.columns.text(part.preference.scaled(part.highest))
-    return f"{density.columns.text(predicted.preference)} / {below}"
+        text = columns.text(predicted.preference.scaled(1.0 / part.highest))
+        return _Rule(text, part.rate, predicted.preference, predicted.js)
+    below = columns.text(part.preference.scaled(part.highest))
+    quotient = _Rule(f"{columns.text(predicted.preference)} / {below}", part.rate, predicted.preference, predicted.js)
+    rules = [quotient, *_rest(density, part.preference)]
+    near = [rule for rule in rules if rule.js <= max(TOLERANCE, predicted.js)]
+    return min(near, key=lambda rule: len(rule.text))
+
+
+def _rest(density: PoolDensity, part: SimplifiedPreference) -> Iterator[_Rule]:
+    """Rules of their own for what a function leaves open: of columns that matter, and of all."""
+    columns, values = density.columns, part(density.columns.rows)
+    open_values, weights = _quotient(density.scores, values), density.weights * values
+    for column_set in density.column_sets(exact_only=False) if weights @ open_values > 0.0 else ():
+        rest = next(simpler(columns.rows, open_values, weights, column_set, _MAX_RULE_LEAVES)).preference
+        rest = rest.scaled(1.0 / max(rest.levels))
+        both = part.times(rest)
+        js = agreement(density.scores, both(columns.rows), density.weights).js
+        rate = float(weights @ rest(columns.rows) / weights.sum())
+        yield _Rule(columns.text(rest), rate, both, js)

@@ -18,6 +18,9 @@ from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.simplification import Predicted
 from grammarlab.preference.simplified import SimplifiedPreference
 
+_MIN_RELEVANCE = 0.01
+"""Smallest relevance of a column that matters to a preference, as a share of the largest one."""
+
 
 @dataclass(frozen=True)
 class GrammarColumns:
@@ -67,6 +70,12 @@ class GrammarColumns:
         """Columns: exactly expressible ones first, then by share, patterns of few symbols first."""
         length = np.array([len(str(feature)) for feature in self.features], dtype=np.int64)
         return np.lexsort((length, -self.shares, ~self.exact)).astype(np.int64)
+
+    @property
+    def relevant(self) -> Ints:
+        """The columns of `order` that matter to the preference; others may only stand for them on a pool."""
+        order, least = self.order, _MIN_RELEVANCE * float(self.shares.max(initial=0.0))
+        return order[(self.shares[order] > 0.0) & (self.shares[order] >= least)]
 
     def text(self, preference: SimplifiedPreference) -> str:
         """A function of the columns as an expression over the features."""

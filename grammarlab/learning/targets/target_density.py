@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.rounding import EXACT
 from grammarlab.density.targets.target import Target
@@ -19,7 +19,7 @@ from grammarlab.features.model_score import Score
 from grammarlab.learning.designs.pool import PoolDesigns
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.grammar_columns import GrammarColumns
-from grammarlab.learning.targets.simplification import simpler
+from grammarlab.learning.targets.simplification import TOLERANCE, simpler
 from grammarlab.preference.simplified import SimplifiedPreference
 
 MAX_LEAVES = 128
@@ -82,18 +82,30 @@ class PoolDensity:
             return True
         return bool((trimmed.ratio(self.liked)[exact.ratio(self.liked) > 0.0] > 0.0).all())
 
-    def simple(self, exact_only: bool, max_leaves: int = MAX_LEAVES) -> Iterator[Simple]:
-        """Simple functions of the columns from `simpler`, without those whose text is too long."""
-        columns, order = self.columns, self.columns.order
-        order = order[columns.exact[order]] if exact_only else order
-        for simplified in simpler(columns.rows, self.scores, self.weights, order, max_leaves):
-            if len(columns.text(simplified.preference)) <= MAX_TEXT:
+    def column_sets(self, exact_only: bool) -> list[Ints]:
+        """Columns for functions: those that matter to the preference, if there are any, then all."""
+        order, relevant = self.columns.order, self.columns.relevant
+        if exact_only:
+            order, relevant = (columns[self.columns.exact[columns]] for columns in (order, relevant))
+        return [relevant, order] if 0 < len(relevant) < len(order) else [order]
+
+    def simple(self, columns: Ints, max_leaves: int = MAX_LEAVES) -> Iterator[Simple]:
+        """Simple functions of some columns from `simpler`, without those whose text is too long."""
+        for simplified in simpler(self.columns.rows, self.scores, self.weights, columns, max_leaves):
+            if len(self.columns.text(simplified.preference)) <= MAX_TEXT:
                 yield Simple(simplified.preference, simplified.js, self.as_target(simplified.preference))
 
     def simplest(self, exact_only: bool) -> Simple:
-        """The first of them; with fewer leaves if all texts are too long."""
-        sizes = (MAX_LEAVES >> halved for halved in range(MAX_LEAVES.bit_length()))
-        return next(simple for size in sizes for simple in self.simple(exact_only, size))
+        """The first function that is near enough, of columns that matter if possible; if none is, the nearest one.
+
+        It has fewer leaves if all texts are too long.
+        """
+        sizes = tuple(MAX_LEAVES >> halved for halved in range(MAX_LEAVES.bit_length()))
+        first = [
+            next(simple for size in sizes for simple in self.simple(columns, size))
+            for columns in self.column_sets(exact_only)
+        ]
+        return next((simple for simple in first if simple.js <= TOLERANCE), min(first, key=lambda simple: simple.js))
 
     def as_target(self, preference: SimplifiedPreference) -> Target:
         """A function of the columns as a density."""

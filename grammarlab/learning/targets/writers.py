@@ -121,10 +121,15 @@ class LearnedDensity(Generic[Designs]):
     measured: Measured
     """Comparison with the predicted density, on the pool."""
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks for the user, such as that the file needs an acceptance rule, which other engines ignore."""
+        return (*self.predicted.findings, *self.learned.findings)
+
     def __repr__(self) -> str:
         """Size of the file, likes, dislikes, and remarks about how it was made."""
         learned, words = self.learned, self.predicted.words
-        remarks = " ".join([*words.lines, *(f"{finding[:1].upper()}{finding[1:]}." for finding in learned.findings)])
+        remarks = " ".join([*words.lines, *(f"{note[:1].upper()}{note[1:]}." for note in self.notes)])
         unit = learned.units[learned.rules_after != 1]
         size = f"{learned.rules_after} {unit}, {learned.rules_before} before."
         return f"<LearnedDensity: {size} {remarks}>"

@@ -58,7 +58,7 @@ def page_of_labels(result: LabelsResult) -> Report:
         compared=compared,
         facts=facts,
         sections=_label_sections(result),
-        findings=(*density.predicted.findings, *learned.findings),
+        findings=density.notes,
         before=result.space,
         after=learned,
     )

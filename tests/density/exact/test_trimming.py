@@ -80,3 +80,21 @@ def test_no_branch_of_a_small_share_is_written():
     mixed = (VALUES[:, 0] == 1) & (VALUES[:, 1] == 1) & (brick(VALUES) == 1.0)
     assert mixed.any()
     assert (trimmed.ratio(FOREST)[mixed] > 0.0).all()
+
+
+def test_rules_that_are_equal_without_rare_branches_are_one():
+    lots = Grammar.parse(
+        "@StartRule\nLot --> 50% : High Porch 30% : Low Porch else : Wide Porch\nPorch --> 40% : Open. else : Shut."
+    )
+    reads = [parse(text) for text in ("Lot:0", "Lot:1", "Porch:1")]
+    closed = (1e-4, 2e-4, 1.0)
+
+    def score(values):
+        kind = np.where(values[:, 0] > 0, 0, np.where(values[:, 1] > 0, 1, 2))
+        return np.where(values[:, 2] > 0, np.array(closed)[kind], 1.0)
+
+    exact, trimmed = (compile_density(lots, reads, score, min_share=share) for share in (0.0, 0.01))
+    assert {name for name, _ in trimmed.grammar.rules} == {"Lot", "Porch", "Porch_open"}
+    assert len(exact.grammar.rules) == 4
+    assert "High Porch_open" in trimmed.text
+    assert "Low Porch_open" in trimmed.text

@@ -79,10 +79,12 @@ def test_floors_alike_are_a_grammar_without_a_rule():
 def test_a_proportion_is_an_acceptance_rule_that_reads_back():
     found = learned(PROPORTION, 0.5, 0.8)
     assert isinstance(found.learned, AcceptedGrammar)
-    assert found.features == (PROPORTION,)
-    assert found.names == ("(number of Floor · storey + plinth) over front",)
+    assert PROPORTION in found.features
+    assert "(number of Floor · storey + plinth) over front" in found.names
     acceptance = Acceptance.of(Grammar.parse(found.learned.text).tree)
     assert acceptance is not None
+    # What the percentages say of its parts is not said again.
+    assert set(acceptance.expression.features) == set(PROPORTION.features)
     values = count(found.learned.sample(300, 1), [PROPORTION])[:, 0]
     inside = (values > 0.49) & (values < 0.81)
     assert inside.mean() > 0.97

@@ -19,6 +19,7 @@ from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.targets.divergence import jensen_shannon
+from grammarlab.learning.targets.grammar_columns import GrammarColumns
 from grammarlab.learning.targets.grammar_target import GrammarWriter
 from grammarlab.learning.targets.simplification import TOLERANCE
 from grammarlab.learning.targets.writers import Making
@@ -140,6 +141,47 @@ def test_a_sum_of_draws_needs_an_acceptance_rule():
     assert 0.3 < learned.accept_rate < 1.0
     draws = count(learned.sample(300, 1), [Draw("width"), Draw("height")])
     assert (draws.sum(axis=1) < 10.5).all()
+
+
+def open_and_narrow(forest):
+    return narrow_in_sum(forest) * (0.1 + 0.9 * (counts(forest, "Porch:0") > 0))
+
+
+def test_percentages_move_before_a_rule_names_the_rest():
+    found = made(open_and_narrow, extra=(SUM,))
+    assert isinstance(found.learned, AcceptedGrammar)
+    assert re.fullmatch(r"choose\(\(\$width \+ \$height\) >= (9\.9\d*|10(\.0\d*)?), 0, 1\)", found.learned.rule.text)
+    assert re.search(r"8[5-9](\.\d+)?% : Open", found.learned.text)
+    assert found.measured.after.js <= TOLERANCE
+    # The result says so in Python, and the file to its reader.
+    assert any("acceptance rule" in note for note in found.notes)
+    assert "// An acceptance rule keeps " in found.learned.text
+    assert "acceptance rule" in repr(found)
+
+
+def half_open(forest):
+    return 20.0 + 60.0 * (counts(forest, "Porch:0") > 0) + 0.02 * counts(forest, "Wall:0")
+
+
+def test_what_percentages_say_needs_no_rule():
+    found = made(half_open, extra=(SUM,))
+    assert isinstance(found.learned, LearnedGrammar)
+    assert "@Acceptance" not in found.learned.text
+    assert found.notes == ()
+    assert "An acceptance rule" not in found.learned.text
+
+
+def test_columns_that_do_not_matter_are_left_for_last():
+    columns = GrammarColumns(
+        rows=np.zeros((2, 4)),
+        features=tuple(map(Draw, "abcd")),
+        names=tuple("abcd"),
+        shares=np.array([0.0, 0.5, 0.004, 0.006]),
+        exact=np.array([True, False, True, True]),
+    )
+    assert columns.relevant.tolist() == [3, 1]
+    assert columns.order.tolist() == [3, 2, 0, 1]
+    assert not len(replace(columns, shares=np.zeros(4)).relevant)
 
 
 def test_percentages_and_ranges_are_round():
