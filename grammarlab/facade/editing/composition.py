@@ -175,12 +175,24 @@ class _Composer:
         return self.is_soft(last.source) and self.is_soft(piece.source) and piece.low < 0.5 * (last.low + last.high)
 
     def _joined(self, last: _Part, piece: _Part) -> _Part:
-        """One part for two that meet; of walls one that is not at the edge of the facade, which looks different."""
-        source = last.source
-        if source != piece.source:
-            at_edge = self.low[source] <= self.slack or self.high[source] >= self.high[0] - self.slack
-            source = piece.source if at_edge and last.low > self.slack else source
-        return _Part(source, (*last.spans, *piece.spans), last.low, piece.high)
+        """One part for two that meet; of walls the first."""
+        return _Part(last.source, (*last.spans, *piece.spans), last.low, piece.high)
+
+    def look(self, part: _Part, whole: float) -> int:
+        """The node that a part shows, in a result of this length.
+
+        A wall at the edge of the facade looks different: a copy inside shows another wall of its row, if there is one.
+        """
+        if not (self.wall[part.source] and part.low > self.slack and part.high < whole - self.slack):
+            return part.source
+        if self._is_inside(part.source):
+            return part.source
+        siblings = self.facade.children[self.facade.parent[part.source]].tolist()
+        return next((one for one in siblings if self.wall[one] and self._is_inside(one)), part.source)
+
+    def _is_inside(self, node: int) -> bool:
+        """Whether a node is not at the edge of the facade."""
+        return self.low[node] > self.slack and self.high[node] < self.high[0] - self.slack
 
     def _fitted(self, row: list[_Part], low: float, high: float) -> list[_Part]:
         """A row without gaps and overlaps from a start to an end: walls give way, then elements, and openings last."""
@@ -256,7 +268,7 @@ def _as_variation(before: Variation, composer: _Composer, top: _Part) -> Variati
             emit(inner, index)
 
     emit(top, -1)
-    node = np.array([part.source for part in parts], dtype=np.int64)
+    node = np.array([composer.look(part, top.high) for part in parts], dtype=np.int64)
     visible = np.tile(WHOLE, (len(node), 1))
     visible[:, [along, along + 2]] = [_visible(composer, part) for part in parts]
     low, high = np.array([(part.low, part.high) for part in parts]).T

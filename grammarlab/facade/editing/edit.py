@@ -14,7 +14,7 @@ from grammarlab.facade.editing.faults import find_faults
 from grammarlab.facade.editing.grid_proposals import with_joint, with_proposals
 from grammarlab.facade.editing.grids import aligned, following, grid_of, kinds
 from grammarlab.facade.editing.retarget import MOST_STEPS, Retargeted, affordable, retarget, stepwise
-from grammarlab.facade.editing.slab_counts import best_slabs
+from grammarlab.facade.editing.slab_counts import best_slabs, changed_slabs
 from grammarlab.facade.editing.springs import origin_of
 from grammarlab.facade.editing.variations import Variation, inherited, lost, unedited, vary
 from grammarlab.facade.sizes.constraints import LineOrigin
@@ -139,8 +139,12 @@ def edit(
     if grid:
         grid_of(facade, grid)
     if columns or rows:
+        whole = [] if grid else _with_changed_columns(facade, wishes, locks, (columns, rows))
+        good = [candidate.edited for candidate in whole if _is_good([candidate])]
+        if len(good) >= most:
+            return tuple(sorted(good, key=lambda edited: edited.energy)[:most])
         facade, grid = _active(facade, grid)
-        return _varied(facade, wishes, locks, (columns, rows), grid, most)
+        return _varied(facade, wishes, locks, (columns, rows), grid, most, whole)
     return _resized(facade, wishes, locks, grid)[:most]
 
 
@@ -170,14 +174,12 @@ def _resized(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], gr
     plain = _Candidate(same, _solved(facade, same, wishes, locks, time.perf_counter(), in_line=True))
     if not plain.edited.energy and not plain.edited.conflict:
         return (replace(plain.edited, proven=True),)
-    candidates = [plain]
-    whole = None if grid else _with_whole_columns(facade, wishes, locks)
-    if whole is not None:
-        candidates.insert(0, whole)
     missing: tuple[str, ...] = ()
-    if whole is None or any(min(candidate.key for candidate in candidates)[:2]):
+    whole = [] if grid else _with_whole_columns(facade, wishes, locks)
+    candidates = [*whole, plain]
+    if not whole or not _is_good(candidates):
         others, missing = _with_columns_of_grids(facade, wishes, locks, grid, plain)
-        candidates[:0] = others
+        candidates = [*others, *candidates]
     kind = kinds(facade)
     different = {canonical(candidate.variation, kind): candidate for candidate in reversed(candidates)}
     first, *others = (
@@ -187,26 +189,39 @@ def _resized(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], gr
     return (first, *(replace(edited, proven=False) for edited in others))
 
 
-def _with_whole_columns(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...]) -> _Candidate | None:
-    """The facade with columns and rows of the whole facade repeated; None if none can be."""
-    start = time.perf_counter()
-    variation, choices = unedited(facade), []
-    try:
-        _check_leaves(facade, wishes)
-        for wish in wishes:
-            locked = [lock.node for lock in inherited(locks, variation)]
-            choice = best_slabs(variation, facade, wish.axis, wish.metres, locked)
-            if choice is not None:
-                choices.append(choice)
-                variation = choice.variation
-    except FacadeError:  # too large, too deep, or nothing would be left
-        return None
-    if not choices:
-        return None
-    steps = tuple(str(choice) for choice in choices if any(count != 1 for count in choice.counts))
-    edited = _solved(facade, variation, wishes, locks, start, in_line=True)
-    proven = not edited.conflict and not locks and all(choice.is_proven for choice in choices)
-    return _Candidate(variation, replace(edited, steps=steps, proven=proven))
+def _is_good(candidates: Sequence[_Candidate]) -> bool:
+    """Whether one of them has neither a contradiction nor a fault."""
+    return any(not candidate.edited.conflict and not candidate.edited.faults for candidate in candidates)
+
+
+def _with_whole_columns(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...]) -> list[_Candidate]:
+    """The facade with columns and rows of the whole facade repeated, if any can be.
+
+    If that has a fault, also without those columns that cause one.
+    """
+    candidates: list[_Candidate] = []
+    for careful in (False, True):
+        start = time.perf_counter()
+        variation, choices = unedited(facade), []
+        try:
+            _check_leaves(facade, wishes)
+            for wish in wishes:
+                locked = [lock.node for lock in inherited(locks, variation)]
+                choice = best_slabs(variation, facade, wish.axis, wish.metres, locked, careful=careful)
+                if choice is not None:
+                    choices.append(choice)
+                    variation = choice.variation
+        except FacadeError:  # too large, too deep, or nothing would be left
+            choices = []
+        if not choices:
+            break
+        steps = tuple(str(choice) for choice in choices if any(count != 1 for count in choice.counts))
+        edited = _solved(facade, variation, wishes, locks, start, in_line=True)
+        proven = not edited.conflict and not locks and all(choice.is_proven for choice in choices)
+        candidates.append(_Candidate(variation, replace(edited, steps=steps, proven=proven)))
+        if _is_good(candidates):
+            break
+    return candidates
 
 
 def _with_columns_of_grids(
@@ -264,8 +279,9 @@ def _varied(
     counts: tuple[int, int],
     grid: str,
     most: int,
+    whole: Sequence[_Candidate],
 ) -> tuple[Edited, ...]:
-    """Variations with additional columns and rows of a grid and of those that follow it."""
+    """Variations with additional columns and rows of a grid and of those that follow it, and of the whole facade."""
     kind = kinds(facade)
     variations, is_complete = (unedited(facade),), True
     for axis in (X, Y):
@@ -284,9 +300,10 @@ def _varied(
         if len(variations) <= _MAX_SOLVED
         else ranked(variations, kind, different=_MAX_SOLVED // 2)[:_MAX_SOLVED]
     )
-    results: dict[int, Edited] = {}
+    results = {id(candidate.variation): candidate.edited for candidate in whole}
     for variation in variations:
         results[id(variation)] = _solved(facade, variation, wishes, locks, time.perf_counter())
+    variations = (*(candidate.variation for candidate in whole), *variations)
     flawed = [bool(results[id(variation)].conflict or variation.missing) for variation in variations]
     order: list[Edited] = []
     for group in (False, True):
@@ -299,6 +316,27 @@ def _varied(
         order[:most], key=lambda result: (bool(result.conflict or result.missing), len(result.faults), result.energy)
     )
     return (replace(best, proven=is_complete), *others)
+
+
+def _with_changed_columns(
+    facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...], counts: tuple[int, int]
+) -> list[_Candidate]:
+    """The facade with these numbers of columns and rows of the whole facade more or fewer."""
+    before: list[tuple[Variation, tuple[str, ...]]] = [(unedited(facade), ())]
+    for along in (X, Y):
+        if counts[along]:
+            before = [
+                (choice.variation, (*steps, str(choice)))
+                for variation, steps in before[:_MAX_CONTINUED]
+                for choice in changed_slabs(variation, along, counts[along])
+            ]
+    return [
+        _Candidate(
+            variation,
+            replace(_solved(facade, variation, wishes, locks, time.perf_counter(), in_line=True), steps=steps),
+        )
+        for variation, steps in before[:_MAX_SOLVED]
+    ]
 
 
 def _why_not(before: Variation, grid: str, axis: int, step: int) -> str:

@@ -8,13 +8,15 @@ with their mean length and give. All numbers of kinds that can be better than a 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.errors import FacadeError
 from grammarlab.facade.editing.composition import Interval, composed
+from grammarlab.facade.editing.faults import find_faults
 from grammarlab.facade.editing.repeats import counts_in_words
 from grammarlab.facade.editing.retarget import EVENNESS_DEVIATION
 from grammarlab.facade.editing.springs import least_energy
@@ -80,7 +82,13 @@ class SpringKinds:
 
 
 def best_slabs(
-    before: Variation, facade: Facade, along: int, metres: float, locked: Collection[int] = ()
+    before: Variation,
+    facade: Facade,
+    along: int,
+    metres: float,
+    locked: Collection[int] = (),
+    *,
+    careful: bool = False,
 ) -> SlabChoice | None:
     """The columns for a size (rows for `along` = Y); None if no column of the facade can be repeated.
 
@@ -90,10 +98,16 @@ def best_slabs(
         along: X for columns, Y for rows.
         metres: target size along the axis.
         locked: nodes of the variation with locks; their columns keep one copy.
+        careful: whether to leave columns as they are that show a fault if they alone occur twice, or not at all for a
+            smaller size.
     """
     elements = find_elements(before.facade, along)
     slabs, solid = find_slabs(before.facade, along, elements, locked), elements.node[elements.is_solid]
-    if not slabs:
+    if careful:
+        slabs = _faultless(
+            before, facade, along, slabs, solid, 2 if metres > float(before.facade.size[0, along]) else 0
+        )
+    if all(slab.is_fixed for slab in slabs):
         return None
     kinds = _kinds(slabs)
     counts, is_proven = best_counts(_springs(before, facade, along, metres, slabs, kinds, solid))
@@ -102,6 +116,35 @@ def best_slabs(
         copies[members] = _spread(count, len(members))
     intervals = _intervals(slabs, copies, float(before.facade.size[0, along]))
     return SlabChoice(along, composed(before, along, intervals, solid), tuple(copies.tolist()), is_proven)
+
+
+def changed_slabs(before: Variation, along: int, change: int) -> Iterator[SlabChoice]:
+    """The facade with columns of the whole facade more or fewer: evenly spread, or of one column after the other.
+
+    Args:
+        before: a variation laid out with its targets.
+        along: X for columns, Y for rows.
+        change: number of columns to add, or to leave out if negative.
+    """
+    elements = find_elements(before.facade, along)
+    slabs = find_slabs(before.facade, along, elements)
+    free = np.flatnonzero([not slab.is_fixed for slab in slabs])
+    num, whole = len(free), float(before.facade.size[0, along])
+    if change < 0:
+        changes = [np.roll(np.repeat([-1, 0], [-change, num + change]), shift) for shift in range(num + change + 1)]
+    else:
+        changes = [change * np.eye(num, dtype=np.int64)[index] for index in range(num)]
+    if num and num + change >= 0:
+        changes.insert(0, np.sign(change) * _spread(abs(change), num))
+    for counts in {tuple(one.tolist()): None for one in changes if num + change >= 0}:
+        copies = np.ones(len(slabs), dtype=np.int64)
+        copies[free] += np.array(counts, dtype=np.int64)
+        solid, intervals = elements.node[elements.is_solid], _intervals(slabs, copies, whole)
+        try:
+            variation = composed(before, along, intervals, solid)
+        except FacadeError:  # nothing would be left
+            continue
+        yield SlabChoice(along, variation, tuple(copies.tolist()), is_proven=False)
 
 
 def best_counts(kinds: SpringKinds) -> tuple[Ints, bool]:
@@ -192,6 +235,22 @@ def _springs(
         fixed_give=_measured(before, facade, along, fixed, solid)[0] * fixed_length if fixed else 0.0,
         size=metres,
     )
+
+
+def _faultless(
+    before: Variation, facade: Facade, along: int, slabs: Sequence[Slab], solid: Ints, count: int
+) -> tuple[Slab, ...]:
+    """The columns; those fixed that cause a fault if they occur this many times and all others once."""
+    checked = []
+    for index, slab in enumerate(slabs):
+        copies = np.ones(len(slabs), dtype=np.int64)
+        copies[index] = count
+        is_fixed = slab.is_fixed
+        if not is_fixed:
+            variation = composed(before, along, _intervals(slabs, copies, float(before.facade.size[0, along])), solid)
+            is_fixed = bool(find_faults(facade, variation, variation.facade).words)
+        checked.append(replace(slab, is_fixed=is_fixed))
+    return tuple(checked)
 
 
 def _measured(

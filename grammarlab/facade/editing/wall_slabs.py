@@ -85,16 +85,17 @@ def find_slabs(facade: Facade, along: int, elements: Elements, locked: Collectio
 
 
 def find_elements(facade: Facade, along: int) -> Elements:
-    """The topmost elements: nodes with a label, and elements of grids unless they are as long as half the facade."""
+    """The topmost nodes with a label; if none is an opening, also elements of grids shorter than half the facade."""
     whole = float(facade.size[0, along])
+    opens = np.array([*(is_opening(name) for name in facade.labels), False])
     chosen = ~is_background(facade)
-    for grid in facade.grids:
+    for grid in facade.grids if not opens[facade.label].any() else ():
         chosen[grid.node[facade.size[grid.node, along] < 0.5 * whole]] = True
     chosen[0] = False
     node = topmost(facade, chosen)
     low = facade.position[node, along] - facade.position[0, along]
     length, thickness = facade.size[node, along], facade.size[node, 1 - along]
-    solid = np.array([*(is_opening(name) for name in facade.labels), False])[facade.label[node]]
+    solid = opens[facade.label[node]]
     solid = solid if solid.any() else thickness < _WHOLE_SHARE * facade.size[0, 1 - along]
     is_whole = length >= _WHOLE_SHARE * whole
     return Elements(node, low, low + length, thickness, solid & ~is_whole, is_whole)

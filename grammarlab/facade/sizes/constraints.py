@@ -4,7 +4,7 @@ Decomposition needs no rows, since lines satisfy it (`lines.py`). Alignment pres
 of neighbours in a grid's column (along x) or row (along y); the anchors are the low edges, the centres or the high
 edges, whichever vary least. Symmetry preserves the ratio of the sizes of similar parts: in one grid, with one label,
 with nearly equal sizes. For equal sizes the ratio is 1, which is the paper's row; and a facade always satisfies its own
-rows. Lines that the whole facade shares (`shared_lines.py`) are further rows of both kinds, without a grid.
+rows. Lines that the whole facade shares (`SharedLines`) are further rows of both kinds, without a grid.
 """
 
 from __future__ import annotations
@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.facade.grid import Grid
-from grammarlab.facade.sizes.lines import Lines, Sums, find_lines, stacked
-from grammarlab.facade.sizes.shared_lines import find_shared_lines
+from grammarlab.facade.sizes.lines import Lines, Sums, find_lines, find_shared_lines, stacked
 from grammarlab.facade.tree import TOLERANCE, Facade, X
 
 Weights = Literal["default", "paper"]

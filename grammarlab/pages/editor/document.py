@@ -50,7 +50,7 @@ class Document:
 def opened(facade: Facade, locks: tuple[Wish, ...] = ()) -> Document:
     """The facade of a file; if it has no grids, they are proposed."""
     facade = facade if facade.grids else with_proposals(facade)
-    return Document(facade, LineOrigin(facade.position, facade.size, facade.size[0]), locks)
+    return Document(facade, LineOrigin(facade.position, facade.size, facade.size[0], shares_lines=True), locks)
 
 
 def is_possible(sizing: Sizing, wishes: Sequence[Wish]) -> bool:
@@ -96,11 +96,19 @@ def arranged(document: Document, node: int, values: Mapping[str, LockValue]) -> 
     return wished.settled(wished.sizing().resized(wished.wishes(document.facade.width, document.facade.height)))
 
 
-def varied(document: Document, variation: Variation, along: int) -> tuple[Document, Resized]:
-    """The document of a variation, with the resulting length along one axis, and the solution of its sizes."""
+def varied(document: Document, variation: Variation, along: int, *, in_line: bool = False) -> tuple[Document, Resized]:
+    """The document of a variation, with the resulting length along one axis, and the solution of its sizes.
+
+    Args:
+        document: the document before.
+        variation: a variation of its facade.
+        along: X or Y.
+        in_line: whether the variation is laid out without deformation, so that its shared lines stay.
+    """
     size = document.facade.size[0]
     # Its origin is the current facade: a column copies the visible one.
-    origin = LineOrigin(document.facade.position[variation.source], variation.target, size)
+    position = variation.facade.position if in_line else document.facade.position[variation.source]
+    origin = LineOrigin(position, variation.target, size, shares_lines=in_line)
     made = Document(variation.facade, origin, inherited(document.locks, variation))
     wishes = (Size(0, 1 - along, float(size[1 - along])), *made.locks)
     resized = prepare(made.facade, wishes, origin).resized(wishes)

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.editing.edit_sequences import ranked
+from grammarlab.facade.editing.edit_sequences import distinct, ranked
+from grammarlab.facade.editing.faults import find_faults
 from grammarlab.facade.editing.grids import aligned, following, grid_of, kinds
 from grammarlab.facade.editing.retarget import affordable
-from grammarlab.facade.editing.variations import vary
+from grammarlab.facade.editing.slab_counts import changed_slabs
+from grammarlab.facade.editing.variations import unedited, vary
 from grammarlab.facade.sizes.solve import Resized
 from grammarlab.facade.tree import X
 from grammarlab.pages.editor.document import Document, varied
@@ -26,6 +28,8 @@ class Suggestion:
     resized: Resized
     missing: tuple[str, ...]
     """Parts of the edit that were not possible."""
+    faults: tuple[str, ...]
+    """Kinds of faults that a person sees."""
 
     @property
     def is_flawed(self) -> bool:
@@ -40,7 +44,7 @@ class Suggestions:
     document: Document
     """The document before the edit."""
     variations: tuple[Suggestion, ...]
-    """The best and most different ones first, flawed ones last."""
+    """Those with fewer kinds of faults first, flawed ones last."""
     total: int
     """Number of different ones."""
     discarded: tuple[str, ...]
@@ -48,7 +52,7 @@ class Suggestions:
 
 
 def suggest(document: Document, grid: str, axis: int, *, more: bool, most: int) -> Suggestions:
-    """Variations of a grid and of those that follow it.
+    """Variations of a grid and of those that follow it; of the largest one also columns or rows of the whole facade.
 
     Args:
         document: the document to vary.
@@ -72,11 +76,18 @@ def suggest(document: Document, grid: str, axis: int, *, more: bool, most: int) 
         for flawed in (False, True)
         for variation in ranked([v for v in variations.variations if bool(v.missing) == flawed], kind, different=most)
     ]
+    whole: dict[int, str] = {}
+    if grid == max(facade.grids, key=lambda one: len(one.node)).name:
+        choices = list(changed_slabs(unedited(facade), axis, 1 if more else -1))
+        whole = {id(choice.variation): str(choice) for choice in choices}
+        order = list(distinct([*(choice.variation for choice in choices), *order], kind))
     suggestions = []
     for variation in order[:most]:
-        edited, resized = varied(document, variation, axis)
-        suggestions.append(Suggestion(edited, _words(variation.steps), resized, variation.missing))
-    suggestions.sort(key=lambda suggestion: suggestion.is_flawed)
+        edited, resized = varied(document, variation, axis, in_line=id(variation) in whole)
+        steps = (whole[id(variation)],) if id(variation) in whole else variation.steps
+        faults = find_faults(facade, variation, resized.facade).words
+        suggestions.append(Suggestion(edited, _words(steps), resized, variation.missing, faults))
+    suggestions.sort(key=lambda suggestion: (suggestion.is_flawed, len(suggestion.faults)))
     return Suggestions(document, tuple(suggestions), len(order), variations.discarded)
 
 

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grammarlab.facade.editing.edit import edit
+from grammarlab.facade.editing.grid_proposals import with_proposals
 from grammarlab.facade.editing.slab_counts import SpringKinds, best_counts, best_slabs
 from grammarlab.facade.editing.variations import unedited
 from grammarlab.facade.editing.wall_slabs import find_elements, find_slabs
@@ -108,3 +109,14 @@ def test_the_size_that_it_has_costs_nothing() -> None:
     assert same.proven
     assert same.energy == 0.0
     np.testing.assert_array_equal(same.facade.size, house.size)
+
+
+@pytest.mark.parametrize(("columns", "rows"), [(1, 0), (-1, 0), (2, 1)])
+def test_columns_and_rows_more_or_fewer_are_first_those_of_the_whole_house(columns: int, rows: int) -> None:
+    house = with_proposals(townhouse(5, 3))
+    best = edit(house, columns=columns, rows=rows, most=1)[0]
+    assert not best.faults
+    assert all(step.startswith("facade: ") for step in best.steps)
+    assert counts(best.facade)["sill"] == (5 + columns) * (3 + rows)
+    assert counts(best.facade)["door"] == 1
+    assert best.energy == pytest.approx(0.0, abs=1e-9)
