@@ -12,6 +12,8 @@ _WIDTH = 112
 """Largest number of characters of a line, without comment marks; longer words are not broken."""
 _MAX_CHARACTERS = 600
 """Largest number of characters of one kind of designs; names of symbols can have any length."""
+_MIN_LABELS = 32
+"""Least number of scores from which a share of held-out ones is given; of fewer scores, these are a handful."""
 _INDENT = "  "
 _FIRST = "Learned by grammarlab "
 """First words of a head."""
@@ -68,7 +70,8 @@ def _sentences(factor: SimplifiedFactor) -> str:
     scores = f"{factor.num_labels:,} score{'s' if factor.num_labels != 1 else ''}"
     if factor.unexplained == 1.0:
         return f"No pattern yet in {scores}: the original is kept."
-    explained = "" if factor.explained is None else f" This explains {factor.explained:.0%} of held-out scores."
+    is_known = factor.explained is not None and factor.num_labels >= _MIN_LABELS
+    explained = f" This explains {factor.explained:.0%} of held-out scores." if is_known else ""
     mixed = "." if factor.unexplained == 0.0 else ", since there are not enough scores yet."
     return f"Learned from {scores}.{explained} {factor.unexplained:.0%} of the original is mixed in{mixed}"
 

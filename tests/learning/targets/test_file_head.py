@@ -50,7 +50,8 @@ def test_a_learned_file_begins_with_what_is_liked():
         ({"unexplained": 1.0}, "No pattern yet in 20 scores: the original is kept."),
         ({"unexplained": 1.0, "num_labels": 1}, "No pattern yet in 1 score: the original is kept."),
         ({"unexplained": 0.3}, "Learned from 20 scores. 30% of the original is mixed in, since there are not enough"),
-        ({"explained": 0.934}, "Learned from 20 scores. This explains 93% of held-out scores. 0% of the original is"),
+        ({"explained": 0.934, "num_labels": 40}, "Learned from 40 scores. This explains 93% of held-out scores. 0% of"),
+        ({"explained": 0.0}, "Learned from 20 scores. 0% of the original is mixed in."),
     ],
 )
 def test_the_head_says_how_much_is_known(factor, sentence):
