@@ -13,7 +13,7 @@ from grammarlab.derivation.functions import CONTEXT_QUERIES
 from grammarlab.derivation.functions.shape_attributes import ASK_FOR_PIVOT, KEY_ATTRIBUTES, STATE_DEFAULTS
 from grammarlab.derivation.functions.shape_textures import BUILTINS as TEXTURE_FUNCTIONS
 from grammarlab.derivation.functions.street_sides import STREET_ALIASES
-from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors
+from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors, override_name
 from grammarlab.derivation.operations import OPERATIONS
 from grammarlab.derivation.operations.texturing import OPERATIONS as TEXTURING
 from grammarlab.derivation.program import CompiledRule, Program, with_variables
@@ -240,6 +240,12 @@ class _Compilation:
             for node in invoked
             if node.name == "set" and node.arguments and isinstance(node.arguments[0], Name)
         }
+        changed |= {
+            override_name(node, override)
+            for node in invoked
+            for override in node.overrides or ()
+            if isinstance(override, Attribute)
+        }
         asks = (
             not read.isdisjoint(ASK_FOR_PIVOT)
             or any(isinstance(node, Call) and node.function == "convert" for node in self._nodes)
@@ -310,6 +316,8 @@ def _street_width(attribute: Attribute) -> StreetWidth:
 
 
 def _selects_streets(node: Node) -> bool:
+    if isinstance(node, Invoke):
+        return node.name == "envelope"
     return isinstance(node, Name) and (node.identifier.startswith("street.") or node.identifier in STREET_ALIASES)
 
 

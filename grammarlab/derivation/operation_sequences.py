@@ -16,7 +16,7 @@ from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.state.shapes import Shapes, child_keys, part_keys
 from grammarlab.derivation.state.surroundings import visible
-from grammarlab.derivation.state.workspace import Workspace
+from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
 from grammarlab.language.numbering import RuleBranch
 from grammarlab.language.syntax import syntax_tree as syntax
@@ -216,6 +216,7 @@ class SequenceCompiler:
         child, successor = next(self._children)
         symbol = self._successors.symbols[item.name]
         arguments = tuple(self._expressions.expression(argument) for argument in item.arguments)
+        overrides = self._overrides(item)
         rule = self._successors.rules.get(successor.key)
         if rule is None:
             return _leaf(symbol, child, in_block)
@@ -225,10 +226,23 @@ class SequenceCompiler:
             values = tuple([argument(shapes, workspace) for argument in arguments])
             key = child_keys(shapes.key, child) if draws else None
             nodes = workspace.recorder.add_children(shapes, symbol, child, in_block)
-            workspace.pending[rule].append(shapes.as_children(nodes, key, values))
+            made = shapes.as_children(nodes, key, values)
+            if overrides:
+                state = {name: code(shapes, workspace) for name, code in overrides.items()}
+                made = made._replace(state={**made.state, **state})
+            workspace.pending[rule].append(made)
             return shapes
 
         return step
+
+    def _overrides(self, item: Invoke) -> dict[str, Code]:
+        """Values of attributes of an imported file for one shape: ``plant(height = 3).Generate``."""
+        overrides: dict[str, Code] = {}
+        for node in item.overrides or ():
+            if not isinstance(node, syntax.Attribute):
+                raise DerivationError("a rule cannot be redefined at the call of an imported rule", node.location)
+            overrides[override_name(item, node)] = self._expressions.choice(node.value)
+        return overrides
 
     def _arguments(
         self, name: str, arguments: tuple[Expression, ...], operation: Operation | BlockOperation, location: Location
@@ -264,6 +278,11 @@ def _per_edge(item: Block) -> tuple[Expression, ...]:
     edges = (Name("fe", location=first.location),)
     part = Part(Name("all", location=first.location), first, location=first.location)
     return (syntax.Components(edges, (part,), location=first.location), *item.arguments[1:])
+
+
+def override_name(item: Invoke, attribute: syntax.Attribute) -> str:
+    """Full name of an attribute of the file that an imported rule is in."""
+    return f"{item.name.rpartition('.')[0]}.{attribute.name}"
 
 
 def _bracket(body: Branching[Operations]) -> Step:

@@ -104,3 +104,12 @@ def test_imports_do_not_leave_their_roots(tmp_path, written):
     path.write_text(f'import a : "{written}"  Lot --> a.A')
     (finding,) = load(path, library=tmp_path / "City").import_findings
     assert finding.code == "bad-import"
+
+
+def test_a_call_of_an_imported_rule_gives_its_attributes_values(tmp_path):
+    (tmp_path / "part.cga").write_text('attr h = 2\nWall --> extrude(h) Inner\nInner --> report("h", h) X')
+    rules = 'import p : "part.cga"\nLot --> split(x) { ~5 : A(split.index + 3) }*\nA(n) --> p(h = n).Wall p.Wall'
+    (tmp_path / "main.cga").write_text(rules)
+    forest = derive(Grammar.parse(linked(load(tmp_path / "main.cga"))), 1, 1, footprint=(10.0, 5.0))
+    assert sorted(forest.reports.value.tolist()) == [2.0, 2.0, 3.0, 4.0]
+    assert sorted(forest.leaves.size[:, 1].tolist()) == [2.0, 2.0, 3.0, 4.0]

@@ -79,7 +79,21 @@ def _system(call: FunctionCall, name: str) -> tuple[Floats, Ids]:
     return -workspace.origins[shapes.model], np.zeros(shapes.num, dtype=np.int32)
 
 
-BUILTINS: dict[str, Builtin] = {"convert": Builtin(_convert, (7, 7), keywords=_WORDS)}
+def _geo_coordinate(call: FunctionCall) -> Value:
+    """``getGeoCoord(X|Y|lat|lon)``: metres east and north of the world's origin; 0 for degrees, which need a map."""
+    word = str(call.arguments[0])
+    if word in ("lat", "lon"):
+        message = f"getGeoCoord({word}) needs a place on the earth, which models do not have; 0 is used"
+        call.workspace.recorder.add_warning(message, call.location)
+        return 0.0
+    world = call.shapes.position + call.workspace.origins[call.shapes.model]
+    return world[:, 0] if word == "X" else -world[:, 2]
+
+
+BUILTINS: dict[str, Builtin] = {
+    "convert": Builtin(_convert, (7, 7), keywords=_WORDS),
+    "getGeoCoord": Builtin(_geo_coordinate, (1, 1), keywords=KEYWORDS["coordinate"]),
+}
 
 
 def _size(axis: int) -> Code:

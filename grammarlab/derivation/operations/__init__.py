@@ -5,6 +5,7 @@ from grammarlab.derivation.operations import (
     appearance,
     area_splits,
     comp,
+    enveloping,
     extrusion,
     insertion,
     outlines,
@@ -19,6 +20,7 @@ from grammarlab.derivation.operations import (
 OPERATIONS = {
     **alignment.OPERATIONS,
     **appearance.OPERATIONS,
+    **enveloping.OPERATIONS,
     **extrusion.OPERATIONS,
     **insertion.OPERATIONS,
     **appearance.NEUTRAL,

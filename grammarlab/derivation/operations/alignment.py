@@ -16,6 +16,7 @@ from grammarlab.derivation.state.mesh_table import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Shapes, as_column
 from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.language.syntax.keywords import KEYWORDS
 
 Rows = NDArray[np.int64]
 
@@ -212,6 +213,41 @@ def _edge_means(meshes: Meshes, height: Floats) -> Floats:
     return 0.5 * (height + height[following])
 
 
+def align_to_box(call: BoundCall) -> Shapes:
+    """``alignScopeToGeometryBBox(xz)``: turn the scope in a plane of its axes to the least box around it.
+
+    Of all turns up to 45 degrees, the smallest is taken that gives the rectangle of least area in that plane.
+    """
+    first, second = ("xyz".index(letter) for letter in call.words[0])
+    meshes = local_meshes(call.shapes, call.workspace)
+    angles = np.zeros(call.shapes.num)
+    for row in range(call.shapes.num):
+        points = meshes.points[meshes.mesh_points[row] : meshes.mesh_points[row + 1]][:, [first, second]]
+        angles[row] = _least_turn(points)
+    turn = np.broadcast_to(np.eye(3), (call.shapes.num, 3, 3)).copy()
+    turn[:, first, first] = turn[:, second, second] = np.cos(angles)
+    turn[:, second, first], turn[:, first, second] = np.sin(angles), -np.sin(angles)
+    return repivoted(call, turn)
+
+
+def _least_turn(points: Floats) -> float:
+    """Angle from -pi/4 to pi/4 of the rectangle of least area around points [P, 2]."""
+    from shapely import MultiPoint, Polygon  # noqa: PLC0415  # few grammars need it
+
+    hull = MultiPoint(points).convex_hull if len(points) else None
+    if not isinstance(hull, Polygon):
+        return 0.0
+    corners = np.asarray(hull.exterior.coords)
+    along = np.diff(corners, axis=0)
+    candidates = np.append(0.0, np.arctan2(along[:, 1], along[:, 0]))
+    candidates = (candidates + np.pi / 4.0) % (np.pi / 2.0) - np.pi / 4.0
+    cos, sin = np.cos(candidates)[:, None], np.sin(candidates)[:, None]
+    x, y = corners.T
+    area = np.ptp(cos * x + sin * y, axis=1) * np.ptp(cos * y - sin * x, axis=1)
+    least = candidates[area <= area.min() * (1.0 + _TOLERANCE)]
+    return float(least[np.abs(least).argmin()])
+
+
 def set_pivot(call: BoundCall) -> Shapes:
     """``setPivot(xyz|yzx|zxy, corner)``: the scope's origin at another corner, its axes along the edges there."""
     if not call.words or len(call.values) != 1:
@@ -307,6 +343,7 @@ def reverse_normals(call: BoundCall) -> Shapes:
 OPERATIONS: dict[str, Operation] = {
     "alignScopeToAxes": Operation(align_to_axes, _AXES_WORDS, (0, 1)),
     "alignScopeToGeometry": Operation(align_to_geometry, _GEOMETRY_WORDS, (2, 3)),
+    "alignScopeToGeometryBBox": Operation(align_to_box, KEYWORDS["axis_pair"], (1, 1)),
     "mirror": Operation(mirror, num_arguments=(3, 3)),
     "mirrorScope": Operation(mirror_scope, num_arguments=(3, 3)),
     "reverseNormals": Operation(reverse_normals),

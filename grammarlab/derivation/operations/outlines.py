@@ -151,6 +151,14 @@ def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.floa
     return position == index % np.maximum(counts, 1)
 
 
+def edges_towards(call: BoundCall, selectors: Sequence[str], meshes: Meshes) -> NDArray[np.bool_]:
+    """[C] whether the edge that leaves each corner looks where one of these selectors says."""
+    from grammarlab.geometry.outlines import setback as strips  # noqa: PLC0415
+
+    outward, mesh = strips.edge_normals(meshes), meshes.mesh_of_face()[meshes.face_of_corner()]
+    return np.logical_or.reduce([_oriented_edges(call, name, meshes, outward, mesh) for name in selectors])
+
+
 def _oriented_edges(
     call: BoundCall, selector: str, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows
 ) -> NDArray[np.bool_]:

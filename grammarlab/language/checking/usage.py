@@ -148,8 +148,9 @@ class BodyChecker:
             self.remarks.warning("unknown-symbol", item.location, message, suggestion(item.name, valid_names))
 
     def _dynamic_import(self, item: Invoke, scope: Scope) -> None:
-        subject = "redefining attributes at a rule's call"
-        self.remarks.unsupported(self.supported.constructs, "dynamic-import", item.location, subject)
+        if any(isinstance(override, Rule) for override in item.overrides or ()):
+            subject = "redefining a rule at an imported rule's call"
+            self.remarks.unsupported(self.supported.constructs, "dynamic-import", item.location, subject)
         for override in item.overrides or ():
             if isinstance(override, Rule):
                 parameters = scope.locals | frozenset(override.parameters)

@@ -160,6 +160,11 @@ def find_rules(argument: str, assets: Path | None = None, library: Path | None =
         if folder is not None and not folder.is_dir():
             raise UsageError(f"{subject} folder {str(folder)!r} is not a folder.")
     path = Path(argument)
+    if path.suffix.lower() == ".rpk" and path.is_file():
+        raise UsageError(
+            f"{path}: a rule package is a 7z archive; unpack it, and name a {SUFFIX} file of its folder rules, "
+            "if its author put the sources in."
+        )
     if path.is_file():
         return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False, library=library, style=style)
     examples = {source.name: source for source in (*shipped_examples(), *shipped_species())}

@@ -214,3 +214,11 @@ def world_faces(forest) -> set[tuple[tuple[float, ...], ...]]:
             start = corners.index(min(corners))
             faces.add(tuple(corners[start:] + corners[:start]))
     return faces
+
+
+@pytest.mark.parametrize("angle", [0, 10, 30, -40])
+def test_a_scope_finds_the_least_box_around_its_geometry(angle):
+    turned = f"Lot --> rotateScope(0, {angle}, 0) alignScopeToGeometryBBox(xz) extrude(1) A"
+    forest = derive(Grammar.parse(turned), 1, 1, footprint=(10.0, 5.0))
+    assert np.allclose(forest.leaves.size, [[10.0, 1.0, 5.0]])
+    assert np.allclose(forest.frames[forest.leaves.frame[0]], np.eye(3))
