@@ -68,16 +68,6 @@ def _expressions(node: Node) -> Iterator[Expression | None]:
             pass
 
 
-def _puts_image(node: Node) -> bool:
-    match node:
-        case Invoke(name="texture"):
-            return True
-        case Invoke(name="set", arguments=(Name(identifier="material.colormap"), *_)):
-            return True
-        case _:
-            return False
-
-
 def _set_of(expression: Expression | None) -> frozenset[int]:
     if expression is None:
         return frozenset({0})
@@ -150,8 +140,7 @@ class _Compilation:
             default_start=self._default_start(start_rules),
             state_names=self._state_names(),
             most_successors=max((len(branch.successors) for branch in self._numbering.branches), default=0),
-            uv_sets=(uv_sets := mentioned_uv_sets(self._nodes)),
-            has_images=bool(uv_sets) or any(_puts_image(node) for node in self._nodes),
+            uv_sets=mentioned_uv_sets(self._nodes),
             selects_streets=any(_selects_streets(node) for node in self._nodes),
             # Last: the functions that are called are known when everything is compiled.
             queries_context=not self._names.called.isdisjoint(CONTEXT_QUERIES),

@@ -303,7 +303,6 @@ def _prepare(
         attributes=program.attributes,
         state_names=program.state_names,
         uv_sets=program.uv_sets,
-        has_images=program.has_images,
         pending=[[] for _ in program.rules],
         lots=lots,
         origins=lots.origins,

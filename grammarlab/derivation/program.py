@@ -54,8 +54,6 @@ class Program:
     """Largest number of successors of a rule branch."""
     uv_sets: frozenset[int]
     """Sets of texture coordinates that operations and expressions use; all sets if the number of one is computed."""
-    has_images: bool
-    """Whether rules put images on shapes or use texture coordinates, so that primitives have such."""
 
     selects_streets: bool
     """Whether rules use selectors such as ``street.front``, for which shapes remember the edges of their lots."""

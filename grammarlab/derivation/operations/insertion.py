@@ -78,7 +78,7 @@ def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     table = call.workspace.meshes
     name = path.removesuffix(_WITHOUT_IMAGES)
     if name in ("builtin:cube", "builtin:box"):
-        return _rectangles(call, "cube"), np.ones(3), np.zeros(3)
+        return BOX, np.ones(3), np.zeros(3)
     if name in primitives.BUILTIN_ASSETS:
         return table.named(name, primitives.builtin_asset(name)), np.ones(3), np.zeros(3)
     if path.startswith("builtin:"):
@@ -158,7 +158,7 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
 def _mesh(call: BoundCall, name: str, counts: list[float | Floats]) -> Ids:
     """[N] mesh of a primitive with given numbers of sides and divisions."""
     if name in ("cube", "quad"):
-        return np.full(call.shapes.num, _rectangles(call, name), dtype=np.int32)
+        return np.full(call.shapes.num, BOX if name == "cube" else FOOTPRINT, dtype=np.int32)
     columns = [np.broadcast_to(np.rint(count), call.shapes.num) for count in counts]
     if not columns:
         return np.full(call.shapes.num, _named(call, name, ()), dtype=np.int32)
@@ -167,15 +167,6 @@ def _mesh(call: BoundCall, name: str, counts: list[float | Floats]) -> Ids:
         raise call.error(f"{call.name} expects 3 to {_MOST_SIDES} sides, found {table.min():g} to {table.max():g}")
     ids = [_named(call, name, tuple(int(count) for count in row)) for row in table]
     return np.array(ids, dtype=np.int32)[inverse]
-
-
-def _rectangles(call: BoundCall, name: str) -> int:
-    """The mesh of a cube or a quad; with texture coordinates on each of its faces if the grammar has images."""
-    kind = BOX if name == "cube" else FOOTPRINT
-    if not call.workspace.has_images:
-        return kind
-    table = call.workspace.meshes
-    return table.named(f"coordinates:{name}", primitives.with_coordinates(table.take(np.array([kind]))))
 
 
 def _named(call: BoundCall, name: str, counts: tuple[int, ...]) -> int:

@@ -75,8 +75,6 @@ class Workspace:
     """Names of the state that rules read or change, see `Program.state_names`."""
     uv_sets: frozenset[int]
     """Texture coordinate sets that rules use, see `Program.uv_sets`."""
-    has_images: bool
-    """Whether primitives have texture coordinates, see `Program.has_images`."""
     pending: list[list[Shapes]]
     """Pending shapes of each rule, in the order they were made."""
     lots: Lots

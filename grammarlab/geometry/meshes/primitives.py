@@ -12,7 +12,6 @@ from functools import cache
 import numpy as np
 
 from grammarlab.arrays import Floats
-from grammarlab.geometry.meshes.corner_data import CornerData
 from grammarlab.geometry.meshes.extrude import extrude
 from grammarlab.geometry.meshes.mesh import Meshes
 
@@ -55,12 +54,6 @@ def disk(sides: int = DEFAULT_SIDES) -> Meshes:
 def box() -> Meshes:
     """The unit cube; faces are `FRONT`, `RIGHT`, `BACK`, `LEFT`, `TOP`, `BOTTOM`."""
     return extrude(quad(), np.ones(1))
-
-
-def with_coordinates(mesh: Meshes) -> Meshes:
-    """A mesh of rectangles, with u from 0 to 1 along the first edge of each and v from 0 to 1 away from it."""
-    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    return mesh.with_data(CornerData.of_sets([np.tile(square, (mesh.num_faces, 1))], mesh.num_faces))
 
 
 def cylinder(sides: int = DEFAULT_SIDES) -> Meshes:

@@ -146,13 +146,3 @@ def test_pictures_show_images_and_colours_in_place_of_unusable_ones(assets):
     assert redder.max() > 60.0
     (assets / "parts" / "brick.png").write_bytes(b"\x89PNG\r\n\x1a\nnot an image")
     assert with_pictures(scene, assets).materials.pictures == {}
-
-
-@pytest.mark.parametrize(("primitive", "num_faces"), [("primitiveCube", 6), ("primitiveQuad", 1)])
-def test_an_image_is_once_on_each_face_of_a_cube_and_of_a_quad(assets, primitive, num_faces):
-    grammar = Grammar.parse(f'Lot --> s(3, 2, 1) {primitive}() texture("parts/brick.png") A')
-    _, coordinates = corners_of(realize(derive(grammar, 1, 1, assets=assets)))
-    first, second = (coordinates.reshape(-1, 3, 2)[:, k] - coordinates.reshape(-1, 3, 2)[:, 0] for k in (1, 2))
-    areas = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / 2.0
-    assert areas.sum() == pytest.approx(num_faces)
-    assert (coordinates.min(), coordinates.max()) == (0.0, 1.0)
