@@ -13,7 +13,7 @@ from grammarlab.arrays import Ints
 from grammarlab.density.exact.splitting import Splitting, Variant
 from grammarlab.density.exact.subtree_counts import Component, Deep, tops
 from grammarlab.density.exact.trimming import Ways
-from grammarlab.density.exact.words import counted, number_of, plural, shared, short
+from grammarlab.density.exact.words import counted, number_of, place, plural, shared, short
 from grammarlab.density.grammar_skeleton import Alternative, leaves
 from grammarlab.features.patterns.pattern import Pattern
 from grammarlab.language.numbering import SymbolKey
@@ -81,12 +81,16 @@ class AbstractNames(ABC):
 
 def _distinct(own: Sequence[str], others: Sequence[Sequence[str]]) -> str:
     """The best suffix that no sibling has, or two that are together different; the best one if there is none."""
-    pairs = [f"{first}_{second}" for first in own[:1] for second in own[1:]]
-    for suffix in (*own, *pairs):
-        if len(suffix) <= _MAX_LENGTH and all(suffix not in other for other in others):
-            return suffix
-    best = next((suffix for suffix in own if len(suffix) <= _MAX_LENGTH), own[0])
-    return best[:_MAX_LENGTH].rstrip("_")
+    taken = {suffix for other in others for suffix in (*other, *_pairs(other))}
+    fitting = [suffix for suffix in (*own, *_pairs(own)) if len(suffix) <= _MAX_LENGTH]
+    best = fitting[0] if fitting else own[0][:_MAX_LENGTH].rstrip("_")
+    return next((suffix for suffix in fitting if suffix not in taken), best)
+
+
+def _pairs(suffixes: Sequence[str]) -> list[str]:
+    """The best suffix with each other one that is about something else."""
+    first, *rest = suffixes
+    return [f"{first}_{other}" for other in rest if other.rpartition("_")[2] != first.rpartition("_")[2]]
 
 
 class _Number(NamedTuple):
@@ -200,7 +204,10 @@ class SplitNames(AbstractNames):
         while pattern.below:
             pattern = pattern.below[-1].run[-1]
         is_branch = bool(pattern.branch) and named in (pattern.symbol, "part")
-        return f"{word}_{'_'.join(map(str, pattern.branch or ()))}" if is_branch else word
+        if not is_branch:
+            return word
+        which = place(pattern.branch or ())
+        return which if named == symbol else f"{which}{word[:1].upper()}{word[1:]}"
 
     def _state(self, variant: Variant, state: int) -> str:
         """Description of a state."""
@@ -256,7 +263,7 @@ class SplitNames(AbstractNames):
 
 
 def _branch_words(symbol: str, alternatives: Sequence[Alternative]) -> list[str]:
-    """[n] a word for each branch of a rule: what only it makes, or how many of it; empty if nothing says it."""
+    """[n] a word for each branch of a rule: what only it makes, or how many of it, or else which branch it is."""
     made = [
         {s.key[0]: sum(o.copies or 1 for o in a.successors if o.key == s.key) for s in a.successors}
         for a in alternatives
@@ -271,5 +278,5 @@ def _branch_words(symbol: str, alternatives: Sequence[Alternative]) -> list[str]
         elif counts:
             words.append(number_of(short(counts[0], symbol), own[counts[0]]))
         else:
-            words.append("" if own else "nothing")
+            words.append(place(alternatives[number].branch or ()) if own else "nothing")
     return words

@@ -6,6 +6,7 @@ import re
 from collections.abc import Collection, Sequence
 
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
+_ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 _PARTS = re.compile(r"[^\W\d_]?[^\W\d_A-Z]+|[A-Z]+(?![^\W\d_A-Z])|\d+|[^\W\d_]")
 _MAX_WORD = 24
 """Largest number of characters of the word for a symbol."""
@@ -45,6 +46,19 @@ def counted(word: str, counts: Collection[int], possible: Collection[int]) -> st
 def number_of(word: str, count: int) -> str:
     """A number with the word for what is counted: ``three_storeys``."""
     return f"{_number(count)}_{word if count <= 1 else plural(word)}"
+
+
+def place(branch: Sequence[int]) -> str:
+    """The place of a branch as a word.
+
+    Args:
+        branch: index of the branch at each level, from 0.
+
+    >>> place((1,)), place((0, 12))
+    ('second', 'firstBranch13')
+    """
+    words = [_ORDINALS[index] if index < len(_ORDINALS) else f"branch{index + 1}" for index in branch]
+    return "".join([*words[:1], *(word[:1].upper() + word[1:] for word in words[1:])])
 
 
 def plural(word: str) -> str:

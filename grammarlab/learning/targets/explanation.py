@@ -44,6 +44,11 @@ _INTEGER_TOLERANCE = 1e-9
 """Relative tolerance of whole numbers after logarithm and exponential."""
 _NEGLIGIBLE_SHARE = 0.01
 """Share of the range of a difference below which its bound is 0 in words; bounds of few scores are not more exact."""
+_STATEMENT_STARTS, _STATEMENT_ENDS = (
+    ("all ", "same choice"),
+    (" alike", " alternate", " mirrored", " never fall", " by turns"),
+)
+"""Beginnings and ends of names of columns that are statements, not things."""
 _MIN_LIKED_POINTS = 1.0
 """Smallest highest score of a kind in points; below it nothing is liked."""
 
@@ -237,7 +242,8 @@ class _ColumnWords:
     def _choice(name: str, interval: _Range) -> Iterator[str]:
         before, arrow, after = name.rpartition(" → ")
         has, thing = interval.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
-        yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"no {thing}"
+        denial = "not" if thing.startswith(_STATEMENT_STARTS) or thing.endswith(_STATEMENT_ENDS) else "no"
+        yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"{denial} {thing}"
 
     def _amount(self, name: str, interval: _Range) -> Iterator[str]:
         low, high = interval.low, interval.high

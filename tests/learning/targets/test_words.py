@@ -107,6 +107,13 @@ def test_comparisons_of_draws_are_told_as_such():
     assert words(3.0).likes[0].startswith("a − b: from ")
 
 
+def test_statements_are_denied_as_such():
+    rows = coins(400, 2)
+    table = table_of(rows, ["both towers alike", "number of Bay"])
+    assert words_of(table, 80.0 * rows[:, 0], np.ones(400)).dislikes == ("not both towers alike (0)",)
+    assert words_of(table, 80.0 * rows[:, 1], np.ones(400)).dislikes == ("no Bay (0)",)
+
+
 def test_sums_of_things_are_told_as_numbers_of_these():
     rows = coins(600, 3)
     table = table_of(
