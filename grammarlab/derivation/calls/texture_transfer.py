@@ -56,7 +56,7 @@ def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
     for name in names:
         ids = cast("Ids", after.state[name])
         rows = np.flatnonzero(ids >= 0)
-        if workspace.meshes.has_data:
+        if workspace.has_corner_maps:
             rows = rows[workspace.texture_maps.source(ids[rows]) == WORLD]
         if len(rows):
             ids = ids.copy()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.shape_measures import local_meshes
-from grammarlab.derivation.state.corner_maps import own_maps
+from grammarlab.derivation.state.corner_maps import coordinates_of, own_maps
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value, kind_of
 from grammarlab.derivation.state.texture_maps import DELETED, NUM_SETS, WORLD, with_maps
 from grammarlab.derivation.state.workspace import Workspace
@@ -52,7 +52,7 @@ def range_of(shapes: Shapes, uv_set: int, axis: int, workspace: Workspace) -> Ra
     """Coordinate u (axis 0) or v (axis 1) of one uv set on shapes [N]."""
     ids = own_maps(shapes, uv_set, workspace)
     rows = np.flatnonzero(ids >= 0)
-    if workspace.meshes.has_data and (workspace.texture_maps.source(ids[rows]) != WORLD).any():
+    if workspace.has_corner_maps and (workspace.texture_maps.source(ids[rows]) != WORLD).any():
         return _range_with_corners(shapes, ids, uv_set, axis, workspace)
     gradient, start = np.zeros((shapes.num, 3)), np.zeros(shapes.num)
     if len(rows):
@@ -101,16 +101,11 @@ def corner_range(meshes: Meshes, rows: Floats, source: NDArray[np.int8]) -> Rang
     Args:
         meshes: the meshes, in metres.
         rows: [M, 4] the function ``row @ (u, v, 0, 1)``.
-        source: [M] uv set that it is a function of.
+        source: [M] uv set that it is a function of, or `FACES`.
     """
     mesh, count = meshes.mesh_of_corner(), len(meshes)
-    values = np.zeros(len(mesh))
-    for chosen_set in np.unique(source).tolist():
-        chosen = np.flatnonzero(source[mesh] == chosen_set)
-        if meshes.data is not None and len(chosen):
-            u, v = meshes.data.coordinates(chosen_set)[chosen].T
-            of_corner = rows[mesh[chosen]]
-            values[chosen] = np.nan_to_num(of_corner[:, 0] * u + of_corner[:, 1] * v + of_corner[:, 3])
+    u, v = coordinates_of(meshes, source).T
+    values = np.nan_to_num(rows[mesh, 0] * u + rows[mesh, 1] * v + rows[mesh, 3])
     normals, area = face_normals(meshes), face_areas(meshes)
     # The mean gradient over a face is the sum over its edges of value, length and direction out of the face.
     out = cross(corner_edges(meshes), normals.take(meshes.face_of_corner(), axis=0))

@@ -9,6 +9,7 @@ from grammarlab.assets.mesh_parts import PartMaterial
 from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.calls.texture_transfer import without_maps
 from grammarlab.derivation.materials import CHANNELS
+from grammarlab.derivation.state.corner_maps import with_face_maps
 from grammarlab.derivation.state.mesh_table import mirrored, upright
 from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry.meshes import primitives
@@ -62,6 +63,8 @@ def _bare(call: BoundCall) -> BoundCall:
 def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
     mesh, asset_size, low = _asset(call, path)
     shapes = _painted(call, shapes, path)
+    if mesh == BOX and path.startswith("builtin:"):
+        shapes = with_face_maps(shapes, call.workspace)
     if "zUp" in call.words:
         mesh, asset_size, low = _stood_up(call, mesh, asset_size, low)
     if "keepSizeAlignPosition" in call.words:
@@ -148,6 +151,8 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
         if dimensions and len(dimensions) != num_dimensions:
             raise call.error(f"{call.name} expects all of its {num_dimensions} dimensions or none")
         mesh = _mesh(call, name, numbers[:num_counts])
+        if name in ("cube", "quad"):
+            call = call._replace(shapes=with_face_maps(call.shapes, call.workspace))
         if not dimensions:
             return fitted(call.shapes._replace(mesh=mesh), 0, np.ones(3), np.zeros(3), call)._replace(mesh=mesh)
         return _standing(call, call.shapes, mesh, _extent(name, dimensions, call.shapes.num))

@@ -21,7 +21,7 @@ from grammarlab.derivation.split_sizes import (
     divide,
     in_a_row,
 )
-from grammarlab.derivation.state.corner_maps import own_maps
+from grammarlab.derivation.state.corner_maps import own_maps, without_face_maps
 from grammarlab.derivation.state.mesh_table import add_faces, normalized, upright
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.derivation.state.workspace import Workspace
@@ -70,10 +70,11 @@ def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
 
 
 def whole_turned(call: BoundCall, axis: int) -> BoundCall:
-    """The call on scopes of positive height, if they are cut across it."""
-    if axis != 1:
-        return call
-    return call._replace(shapes=upright(call.shapes, call.workspace.meshes, call.workspace.frames))
+    """The call on shapes to cut across an axis: without coordinates of whole faces, and in upright scopes for y."""
+    shapes = without_face_maps(call.shapes, call.workspace)
+    if axis == 1:
+        shapes = upright(shapes, call.workspace.meshes, call.workspace.frames)
+    return call._replace(shapes=shapes)
 
 
 def cut_in_slabs(call: BoundCall, axis: int, pieces: Sequence[SplitPieces]) -> list[BoundPart]:

@@ -7,14 +7,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, take_rows
+from grammarlab.arrays import Floats, index_in_row, take_rows
 from grammarlab.derivation.forest import Leaves
 from grammarlab.derivation.state.shapes import Ids, Shapes
-from grammarlab.derivation.state.texture_maps import DELETED, NONE, WORLD, map_ids
+from grammarlab.derivation.state.texture_maps import DELETED, FACES, NONE, WORLD, map_ids, with_maps
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.components import extract_faces
+from grammarlab.geometry.meshes.corner_data import CornerData
+from grammarlab.geometry.meshes.mesh import Meshes
 
 _IDENTITY = np.eye(4)[:2]
+_SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
 def own_maps(shapes: Shapes, uv_set: int, workspace: Workspace) -> Ids:
@@ -33,13 +36,50 @@ def own_maps(shapes: Shapes, uv_set: int, workspace: Workspace) -> Ids:
     return ids
 
 
+def with_face_maps(shapes: Shapes, workspace: Workspace) -> Shapes:
+    """Boxes or rectangles [N] on each of whose faces an image is once, if the grammar uses the first uv set."""
+    if 0 not in workspace.uv_sets or not shapes.num:
+        return shapes
+    source = np.full(1, FACES, dtype=np.int8)
+    ids = workspace.texture_maps.add(_IDENTITY[None], np.zeros(1, dtype=bool), source)
+    return with_maps(shapes, 0, ids.repeat(shapes.num))
+
+
+def without_face_maps(shapes: Shapes, workspace: Workspace) -> Shapes:
+    """The same shapes without coordinates where these belong to whole faces, which are about to be cut."""
+    if not workspace.texture_maps.has_faces:
+        return shapes
+    ids = map_ids(shapes, 0)
+    rows = np.flatnonzero(ids >= 0)
+    rows = rows[workspace.texture_maps.source(ids[rows]) == FACES]
+    if len(rows) == 0:
+        return shapes
+    ids = ids.copy()
+    ids[rows] = NONE
+    return with_maps(shapes, 0, ids)
+
+
+def coordinates_of(meshes: Meshes, source: NDArray[np.int8]) -> Floats:
+    """[C, 2] coordinates of the corners of meshes [M] from their sources [M], sets of the corners or `FACES`."""
+    of_corner = source[meshes.mesh_of_corner()]
+    coordinates = np.full((len(of_corner), 2), np.nan)
+    for uv_set in np.unique(source[source >= 0]).tolist():
+        chosen = of_corner == uv_set
+        if meshes.data is not None:
+            coordinates[chosen] = meshes.data.coordinates(uv_set)[chosen]
+    counts = np.diff(meshes.face_offsets)
+    on_faces = np.flatnonzero((of_corner == FACES) & (counts == 4).repeat(counts))
+    coordinates[on_faces] = _SQUARE[index_in_row(counts)[on_faces]]
+    return coordinates
+
+
 def finished(leaves: Leaves, workspace: Workspace) -> Leaves:
     """Leaves in which every mesh has one material, and the coordinates that rules gave its corners.
 
     A leaf of several materials becomes one for each of them. What is left in `Leaves.texture_map` are maps from the
     world and negative ids.
     """
-    if not workspace.meshes.has_data:
+    if not workspace.has_corner_maps:
         return leaves
     if workspace.materials.has_palettes:
         leaves = _of_one_material(leaves, workspace)
@@ -100,14 +140,8 @@ def _mapped(leaves: Leaves, workspace: Workspace) -> Leaves:
 def _with_coordinates(ids: Ids, source: NDArray[np.int8], maps: Floats, workspace: Workspace) -> Ids:
     """Ids [N] of meshes with maps [N, 2, 4] of the coordinates of their corners in the sets `source` [N]."""
     meshes = workspace.meshes.take(ids)
-    data = meshes.data
-    if data is None:
-        return ids
-    of_corner = meshes.mesh_of_corner()
-    old = np.full((len(of_corner), 2), np.nan)
-    for uv_set in np.unique(source[source != WORLD]).tolist():
-        chosen = source[of_corner] == uv_set
-        old[chosen] = data.coordinates(uv_set)[chosen]
-    rows = maps[of_corner]
+    old = coordinates_of(meshes, source)
+    data = CornerData.of_sets([old], meshes.num_faces) if meshes.data is None else meshes.data
+    rows = maps[meshes.mesh_of_corner()]
     new = rows[:, :, 0] * old[:, :1] + rows[:, :, 1] * old[:, 1:] + rows[:, :, 3]
     return workspace.meshes.add(meshes.with_data(data.with_coordinates(0, new)))

@@ -27,7 +27,9 @@ NONE = -1
 DELETED = -2
 """Id for no coordinates, also if the corners of the mesh have some."""
 WORLD = -1
-"""Source of maps from the world; other maps have the number of a set of the corners."""
+"""Source of maps from the world; other maps have the number of a set of the corners, or `FACES`."""
+FACES = -2
+"""Source of maps from each rectangular face: u from 0 to 1 along its first edge, v from 0 to 1 away from it."""
 
 
 class TextureMapTable:
@@ -38,6 +40,8 @@ class TextureMapTable:
         self._was_given = np.empty(16, dtype=bool)
         self._source = np.empty(16, dtype=np.int8)
         self._used = 0
+        self.has_faces = False
+        """Whether the source of a map is `FACES`."""
 
     def add(self, maps: Floats, was_given: NDArray[np.bool_], source: NDArray[np.int8] | None = None) -> Ids:
         """Ids [N] of maps [N, 2, 4]; one for all where all are the same.
@@ -45,13 +49,14 @@ class TextureMapTable:
         Args:
             maps: [N, 2, 4] their rows.
             was_given: [N] whether they are the initial maps of shapes, not made by an operation.
-            source: [N] `WORLD`, the default, or the set of corners whose coordinates (u, v, 0) they map.
+            source: [N] `WORLD`, the default, or the set of corners, or `FACES`, whose (u, v, 0) they map.
         """
         count = len(maps)
         if source is None:
             source = np.full(count, WORLD, dtype=np.int8)
         if count > 1 and (maps == maps[0]).all() and (was_given == was_given[0]).all() and (source == source[0]).all():
             return self.add(maps[:1], was_given[:1], source[:1]).repeat(count)
+        self.has_faces |= bool((source == FACES).any())
         first, end = self._used, self._used + count
         if end > len(self._rows):
             room = max(2 * len(self._rows), end)

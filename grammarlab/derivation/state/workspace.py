@@ -116,6 +116,11 @@ class Workspace:
         self.count_again_at = self.budget.shapes
 
     @property
+    def has_corner_maps(self) -> bool:
+        """Whether shapes may have texture coordinates at their corners in place of maps from the world."""
+        return self.meshes.has_data or self.texture_maps.has_faces
+
+    @property
     def map_names(self) -> tuple[str, ...]:
         """Names in `Shapes.state` of the ids of the maps that move with shapes."""
         names = tuple([map_name(uv_set) for uv_set in self.uv_sets])

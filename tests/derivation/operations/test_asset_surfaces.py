@@ -58,6 +58,13 @@ def corners_of(scene, texture="parts/brick.png"):
     return batch.vertices[batch.triangles[chosen]].reshape(-1, 3), coordinates.reshape(-1, 2)
 
 
+def uv_area(coordinates):
+    """Area of triangles in texture space."""
+    corners = coordinates.reshape(-1, 3, 2)
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]).sum() / 2.0
+
+
 def test_each_material_of_an_asset_is_a_leaf_with_its_own_coordinates(assets):
     scene = scene_of("A", assets)
     shown = [(scene.materials.textures[m], *scene.materials.channels[m, :4].tolist()) for m in scene.material]
@@ -146,3 +153,28 @@ def test_pictures_show_images_and_colours_in_place_of_unusable_ones(assets):
     assert redder.max() > 60.0
     (assets / "parts" / "brick.png").write_bytes(b"\x89PNG\r\n\x1a\nnot an image")
     assert with_pictures(scene, assets).materials.pictures == {}
+
+
+@pytest.mark.parametrize(
+    ("rules", "num_faces"),
+    [
+        ("primitiveCube() A", 6),
+        ("primitiveQuad() A", 1),
+        ('i("builtin:cube") A', 6),
+        ("primitiveCube() comp(f) { side : t(0, 0, 1) A }", 4),
+        ("primitiveCube() tileUV(0, '0.5, '1) A", 12),
+        ("primitiveCube() translateUV(0, 3, 1) scaleUV(0, 2, 0.5) A", 6),
+    ],
+)
+def test_an_image_is_once_on_each_face_of_a_cube_and_of_a_quad(assets, rules, num_faces):
+    grammar = Grammar.parse(f'Lot --> s(3, 2, 1) projectUV(0) texture("parts/brick.png") {rules}')
+    _, coordinates = corners_of(realize(derive(grammar, 1, 1, assets=assets)))
+    assert uv_area(coordinates) == pytest.approx(num_faces)
+
+
+def test_a_cut_cube_has_no_coordinates_of_whole_faces(assets):
+    grammar = Grammar.parse(
+        'Lot --> s(4, 2, 3) projectUV(0) primitiveCube() texture("parts/brick.png") split(x) { ~1 : A | ~1 : NIL }'
+    )
+    _, coordinates = corners_of(realize(derive(grammar, 1, 1, assets=assets)))
+    assert uv_area(coordinates) == pytest.approx(2 * (2 * 2 + 2 * 3 + 2 * 3))
