@@ -15,7 +15,7 @@ from typing import TypedDict, Unpack, cast, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, offsets_from_counts, row_of_value
+from grammarlab.arrays import Floats, offsets_from_counts, row_of_value, take_rows
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.calls.branches import route
 from grammarlab.derivation.calls.lot_plans import initial_plans, streets_of_lots
@@ -37,12 +37,16 @@ from grammarlab.derivation.state.surroundings import Collector, Surroundings, vi
 from grammarlab.derivation.state.workspace import Budget, Workspace
 from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import BudgetError, UsageError
+from grammarlab.geometry.meshes.measure import face_normals
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Meshes
 from grammarlab.geometry.meshes.primitives import quad
+from grammarlab.geometry.meshes.vectors import cross, dot
 from grammarlab.language.grammar import Grammar
 from grammarlab.randomness import root_keys
 
 _UP = np.array([0.0, 1.0, 0.0])
+_FLAT_SHARE = 1e-9
+"""Largest height of a footprint over its plane that counts as rounding, as a share of its size."""
 NODES_PER_CHUNK = 400_000
 """Approximate number of nodes that `derive_chunks` holds at once: fewer cost time per call, more exceed the
 processor's caches."""
@@ -328,7 +332,7 @@ def _prepare(
 def _scopes(footprints: Footprints, frames: FrameTable, meshes: MeshTable) -> tuple[Floats, Floats, Ids, Ids]:
     """Position, size, frame and mesh [F] of the initial shapes on different footprints."""
     rotation = _rotations(footprints)
-    local = _times(footprints, rotation)
+    local = _levelled(_times(footprints, rotation), footprints)
     unit, low, size = normalized(_polygons(local, footprints))
     skew = ~np.isclose(rotation, np.eye(3), atol=1e-12).all(axis=(1, 2))
     frame = np.zeros(len(footprints), dtype=np.int32)
@@ -341,11 +345,25 @@ def _scopes(footprints: Footprints, frames: FrameTable, meshes: MeshTable) -> tu
 
 
 def _rotations(footprints: Footprints) -> Floats:
-    """[F, 3, 3] rotations whose x axis runs along the first edge."""
+    """[F, 3, 3] rotations whose y axis is the normal of the footprint and whose x axis runs along the first edge."""
     first = footprints.offsets[:-1]
     x = footprints.points[first + 1] - footprints.points[first]
-    x = x / np.sqrt(np.vecdot(x, x))[:, None]
-    return np.stack([x, np.broadcast_to(_UP, x.shape), np.cross(x, _UP)], axis=2)
+    y = _normals(footprints)
+    x = x - y * dot(x, y)[:, None]
+    x = x / np.linalg.norm(x, axis=1, keepdims=True)
+    return np.stack([x, y, cross(x, y)], axis=2)
+
+
+def _normals(footprints: Footprints) -> Floats:
+    """[F, 3] unit normals of footprints; exactly up for those that are level."""
+    height, first = footprints.points[:, 1], footprints.offsets[:-1]
+    is_sloped = np.logical_or.reduceat(height != np.repeat(height[first], np.diff(footprints.offsets)), first)
+    normals = np.broadcast_to(_UP, (len(first), 3)).copy()
+    sloped = np.flatnonzero(is_sloped)
+    if len(sloped):
+        corners, offsets = take_rows(footprints.offsets, sloped)
+        normals[sloped] = face_normals(Meshes.from_polygons(footprints.points[corners], np.diff(offsets)))
+    return normals
 
 
 def _times(footprints: Footprints, rotation: Floats) -> Floats:
@@ -360,6 +378,17 @@ def _times(footprints: Footprints, rotation: Floats) -> Floats:
         corners = footprints.offsets[rows_of_count][:, None] + np.arange(count)
         result[corners] = footprints.points[corners] @ rotation[rows_of_count]
     return result
+
+
+def _levelled(local: Floats, footprints: Footprints) -> Floats:
+    """[P, 3] corners in scope axes; those of plane footprints have exactly one height."""
+    first = footprints.offsets[:-1]
+    low, high = (bound.reduceat(local, first, axis=0) for bound in (np.minimum, np.maximum))
+    extent = high - low
+    is_plane = extent[:, 1] <= _FLAT_SHARE * extent.max(axis=1)
+    height = np.where(is_plane, local[first, 1], np.nan).repeat(np.diff(footprints.offsets))
+    local[:, 1] = np.where(np.isnan(height), local[:, 1], height)
+    return local
 
 
 def _polygons(points: Floats, footprints: Footprints) -> Meshes:

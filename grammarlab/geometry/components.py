@@ -1,7 +1,8 @@
 """Faces, edges and vertices of meshes as separate shapes, each in its own frame: CGA's ``comp``.
 
-Frames follow CGA. Face: x along its first edge, z the outward normal, origin at its first corner. Edge: x along it,
-z the mean normal of its faces, origin at its start. Vertex: z the mean normal of its faces. y is z cross x.
+Frames follow CGA. Face: x along its first edge, z the outward normal, origin at its first corner. Edge: x along it, in
+the opposite direction of its first face, z the mean normal of its faces (for an eave the normal of its slope), origin
+at its start. Vertex: z the mean normal of its faces, x across it and the x axis of the mesh. y is z cross x.
 
 Edges and vertices per face, ``comp(fe)`` and ``comp(fv)``: x runs along the outline in the direction of the face (for a
 corner: half way between its two edges), y is the face's normal, z points out of the face in its plane.
@@ -134,8 +135,13 @@ def edges(meshes: Meshes) -> ComponentMeshes:
     mean = unit(first + second)
     # Opposite faces have no mean normal: the first one decides.
     mean = np.where(has_length(mean), mean, first)
-    start = meshes.points[table.start]
-    along = meshes.points[table.end] - start
+    kind = _roof_edges(meshes, table)
+    is_eave = kind == EAVE
+    # The slope, not the ceiling below it, gives an eave its axes.
+    turns = is_eave & (second[:, 1] > first[:, 1])
+    mean[is_eave] = np.where(turns[:, None], second, first)[is_eave]
+    start = meshes.points[np.where(turns, table.start, table.end)]
+    along = meshes.points[np.where(turns, table.end, table.start)] - start
     rotation = _frames_along(unit(along), mean)
     shapes, size = _segments(norm(along))
     return ComponentMeshes(
@@ -148,7 +154,7 @@ def edges(meshes: Meshes) -> ComponentMeshes:
         size=size,
         direction=mean,
         is_border=table.is_boundary,
-        roof_edge=_roof_edges(meshes, table),
+        roof_edge=kind,
     )
 
 
@@ -169,7 +175,7 @@ def vertices(meshes: Meshes) -> ComponentMeshes:
         mesh=mesh,
         index=index_in_row(np.bincount(mesh, minlength=len(meshes))),
         shapes=Meshes.from_polygons(np.zeros((count, 3)), np.ones(count, np.int64)),
-        rotation=_frames(mean, np.zeros((count, 3))),
+        rotation=_frames(mean, cross(mean, np.broadcast_to([1.0, 0.0, 0.0], mean.shape))),
         origin=meshes.points[used],
         pivot=meshes.points[used],
         size=np.zeros((count, 3)),
@@ -292,7 +298,7 @@ def connected_faces(meshes: Meshes, chosen: Indices) -> tuple[Indices, Indices]:
 
 def upwards(components: ComponentMeshes) -> ComponentMeshes:
     """Edges with descending ones reversed, as CGA orients ridges, hips and valleys."""
-    descends = components.rotation[:, 1, 0] < 0.0
+    descends = components.rotation[:, 1, 0] < -_LEVEL_SLOPE
     turned = components.rotation * np.where(descends[:, None, None], [-1.0, -1.0, 1.0], 1.0)
     far = components.pivot + components.rotation[:, :, 0] * components.size[:, :1]
     start = np.where(descends[:, None], far, components.pivot)
@@ -356,7 +362,9 @@ def _roof_edges(meshes: Meshes, table: Edges) -> NDArray[np.int8]:
     first = normals[table.faces[:, 0]]
     second = normals[table.faces[:, 1]]
     looks_down = np.minimum(first[:, 1], np.where(inside, second[:, 1], 0.0)) < -_LEVEL_SLOPE
-    eave = is_level & at_bottom & (table.is_boundary | looks_down)
+    # A gable stands on its edge, which is not an eave.
+    is_slope = np.maximum(first[:, 1], np.where(inside, second[:, 1], 0.0)) > _LEVEL_SLOPE
+    eave = is_level & at_bottom & (table.is_boundary | looks_down) & is_slope
 
     touches_eave = np.zeros(len(meshes.points), bool)
     touches_eave[table.start[eave]] = True

@@ -10,7 +10,7 @@ from grammarlab.geometry.components import EAVE, HIP, RIDGE, VALLEY, ComponentMe
 from grammarlab.geometry.meshes.vectors import apply
 
 TIE = 1e-6
-"""Tolerance for equal components of a unit normal: up and down come before front and back, these before the rest."""
+"""Tolerance for equal components of a unit normal: on the border of two quadrants a normal is in both."""
 
 STEEP, GENTLE = np.sin(np.radians(11.25)), np.sin(np.radians(78.75))
 """Height of a unit normal at the thresholds of ``vertical`` and ``horizontal``."""
@@ -71,7 +71,8 @@ def select(
 def classify(directions: Floats, selector: str) -> Flags:
     """[K] whether a selector picks each normal; zero vectors are never picked.
 
-    A quadrant has the directions nearest to its axis: x is right, y top, z front; for the world east, up and south.
+    A quadrant has the directions that no other axis is nearer to than its own: x is right, y top, z front; for the
+    world east, up and south. A direction between two axes is in both quadrants, as in CityEngine.
 
     Args:
         directions: [K, 3] unit vectors or zero, in the axes that the selector's prefix names.
@@ -85,16 +86,23 @@ def classify(directions: Floats, selector: str) -> Flags:
     height = directions[:, 1]
     if name == "side":
         # Without a prefix CGA selects all except horizontal faces; with one, the four lateral quadrants.
-        return solid & (nearest_axis(directions) != 1 if prefix else np.abs(height) <= GENTLE)
+        lateral = _in_quadrant(directions, 0) | _in_quadrant(directions, 2)
+        return solid & (lateral if prefix else np.abs(height) <= GENTLE)
     if not prefix and name in ("vertical", "horizontal", "aslant", "nutant"):
         return solid & _by_slope(height, name)
     quadrant = _WORLD[name] if prefix == "world" else name
     axis, sign = _QUADRANTS[quadrant]
-    return solid & (nearest_axis(directions) == axis) & (directions[:, axis] * sign > 0.0)
+    return solid & _in_quadrant(directions, axis) & (directions[:, axis] * sign > 0.0)
+
+
+def _in_quadrant(directions: Floats, axis: int) -> Flags:
+    """[K] whether no other axis is nearer to each direction."""
+    lengths = np.abs(directions)
+    return lengths[:, axis] >= lengths.max(axis=1) - TIE
 
 
 def nearest_axis(directions: Floats) -> NDArray[np.int64]:
-    """[K] the axis that each direction is nearest to."""
+    """[K] the axis that each direction is nearest to; of equal ones y comes first, then z."""
     x, y, z = np.abs(directions).T
     lateral = np.where(z >= x - TIE, 2, 0)
     return np.where(y >= np.maximum(x, z) - TIE, 1, lateral)

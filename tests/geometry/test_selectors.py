@@ -7,7 +7,7 @@ from grammarlab.geometry.components import edges, faces, vertices
 from grammarlab.geometry.meshes.measure import area_vectors
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.primitives import box, sphere
-from grammarlab.geometry.selectors import ORIENTATIONS, SELECTORS, classify, select
+from grammarlab.geometry.selectors import ORIENTATIONS, SELECTORS, TIE, classify, select
 from tests.geometry.bodies import prism, rotations, solids
 from tests.geometry.polygons import LOT_L
 
@@ -46,8 +46,10 @@ def test_axes_have_the_names_that_cga_gives_them(selector, direction):
 
 @QUICK
 @given(directions)
-def test_every_direction_lies_in_one_quadrant(direction):
-    assert sum(bool(classify(unit(direction), name)[0]) for name in QUADRANTS) == 1
+def test_a_direction_lies_in_the_quadrants_of_its_nearest_axes(direction):
+    lengths = np.sort(np.abs(unit(direction)[0]))
+    nearest = np.count_nonzero(lengths >= lengths[-1] - TIE)
+    assert sum(bool(classify(unit(direction), name)[0]) for name in QUADRANTS) == nearest
 
 
 @QUICK
@@ -86,14 +88,14 @@ def test_lateral_quadrants_are_the_side_of_a_prefix(direction):
     assert bool(classify(unit(direction), "world.side")[0]) == lateral
 
 
-def test_ties_go_to_top_then_front_whatever_the_rounding():
+def test_ties_belong_to_both_quadrants_whatever_the_rounding():
     for wobble in (-1e-12, 0.0, 1e-12):
         slope = np.array([[0.0, 1.0 + wobble, 1.0]]) / np.sqrt(2.0)
         corner = np.array([[1.0 + wobble, 0.0, 1.0]]) / np.sqrt(2.0)
         assert classify(slope, "top")[0]
-        assert not classify(slope, "front")[0]
+        assert classify(slope, "front")[0]
         assert classify(corner, "front")[0]
-        assert not classify(corner, "right")[0]
+        assert classify(corner, "right")[0]
 
 
 @pytest.mark.parametrize("selector", ORIENTATIONS)
@@ -105,15 +107,15 @@ def test_selectors_pick_the_faces_of_a_box():
     parts = faces(box())
     picked = {name: np.flatnonzero(select(parts, name)).tolist() for name in SELECTORS}
     assert [picked[name] for name in ("front", "right", "back", "left", "top", "bottom")] == [
-        [0],
-        [1],
         [2],
         [3],
         [4],
         [5],
+        [1],
+        [0],
     ]
-    assert picked["side"] == picked["vertical"] == picked["street.side"] == [0, 1, 2, 3]
-    assert picked["horizontal"] == [4, 5]
+    assert picked["side"] == picked["vertical"] == picked["street.side"] == [2, 3, 4, 5]
+    assert picked["horizontal"] == [0, 1]
     assert picked["all"] == picked["inside"] == [0, 1, 2, 3, 4, 5]
     assert picked["border"] == picked["aslant"] == picked["nutant"] == picked["eave"] == []
 
@@ -125,7 +127,7 @@ def test_vertical_edges_of_a_prism_are_its_upright_ones():
     assert np.count_nonzero(upright) == 6
 
 
-def test_the_top_vertices_of_a_flat_box_are_not_at_its_sides():
+def test_the_top_vertices_of_a_box_are_above_the_others():
     parts = vertices(box())
     assert select(parts, "all").all()
     assert (select(parts, "top") == (parts.pivot[:, 1] == 1.0)).all()
@@ -144,7 +146,7 @@ def test_prefixes_look_at_the_turned_mesh(batch, rotation, prefix):
 
 
 def test_the_quadrants_of_a_ball_have_equal_shares():
-    parts = faces(sphere(32, 32))
+    parts = faces(sphere(36, 32))
     share = [select(parts, name) @ areas_of(parts) for name in QUADRANTS]
     assert sum(share) == pytest.approx(areas_of(parts).sum())
     assert share == pytest.approx([sum(share) / 6] * 6, rel=0.1)

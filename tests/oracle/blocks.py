@@ -14,8 +14,8 @@ from grammarlab.language.syntax.syntax_tree import Block, Group, Name, Part
 from tests.oracle import splits
 from tests.oracle.components import SELECTORS, Component, components, joined_faces, picks, segment
 from tests.oracle.expressions import Scope, evaluate, number
-from tests.oracle.operations import argument, extruded
-from tests.oracle.shape import AXES, Mesh, Shape, Vector, rectangle
+from tests.oracle.operations import argument
+from tests.oracle.shape import AXES, Mesh, Shape, Vector
 from tests.oracle.streets import borders, remembering
 
 
@@ -79,38 +79,13 @@ def with_state(shape: Shape, state: dict) -> Shape:
     return replace(shape, state={**shape.state, **state})
 
 
-def box(size: np.ndarray) -> Mesh:
-    """The solid that fills a scope."""
-    return extruded(rectangle(size[0], size[2]), np.array([0.0, size[1], 0.0]))
-
-
-def lying(size: np.ndarray) -> Mesh:
-    return rectangle(size[0], size[2])
-
-
-def standing(size: np.ndarray) -> Mesh:
-    """The rectangle that fills the front of a scope; its first edge is the lower one."""
-    corners = [(0.0, 0.0, 0.0), (size[0], 0.0, 0.0), (size[0], size[1], 0.0), (0.0, size[1], 0.0)]
-    return Mesh(tuple(np.array(c) for c in corners), ((0, 1, 2, 3),))
-
-
-def is_same(one: Mesh, other: Mesh) -> bool:
-    if [len(face) for face in one.faces] != [len(face) for face in other.faces]:
-        return False
-    pairs = zip(one.polygons(), other.polygons(), strict=True)
-    return all(np.allclose(a, b, rtol=0.0, atol=1e-9) for a, b in pairs)
-
-
 def slab(shape: Shape, axis: int, start: float, extent: float, keep_scope: bool) -> Shape:
-    """What of a shape lies between two planes across an axis. Parts of boxes are boxes, of rectangles rectangles."""
+    """What of a shape lies between two planes across an axis."""
     offset = np.zeros(3)
     offset[axis] = start
     size = shape.size.copy()
     size[axis] = extent
     part = replace(shape.shifted(offset), size=size)
-    for whole in () if shape.mesh.is_any_kind else (box, lying, standing):
-        if is_same(shape.mesh, whole(shape.size)) and (whole, axis) not in ((lying, 1), (standing, 2)):
-            return replace(part, mesh=whole(size))
     ends = np.array([start]), np.array([start + extent])
     cut = slabs(shape.mesh.to_columns(), np.array([0]), axis, *ends)
     part = replace(part, mesh=Mesh.from_columns(cut).moved(lambda p: p - offset))

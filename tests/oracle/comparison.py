@@ -72,11 +72,22 @@ def assert_same_shapes(found: list[tuple[tuple, Faces]], expected: list[tuple[tu
 
 
 def is_same_shape(one: tuple[tuple, Faces], other: tuple[tuple, Faces]) -> bool:
-    """Equal material, and the same faces in the same order, each beginning at the same corner."""
+    """Equal material, and the same faces in the same order, each beginning at the same corner; boxes in any order."""
+    one, other = (one[0], _in_one_order(one[1])), (other[0], _in_one_order(other[1]))
     if len(one[1]) != len(other[1]) or any(a.shape != b.shape for a, b in zip(one[1], other[1], strict=True)):
         return False
     numbers = np.allclose(one[0][:-1], other[0][:-1], rtol=0.0, atol=TOLERANCE) and one[0][-1] == other[0][-1]
     return numbers and all(np.allclose(a, b, rtol=1e-12, atol=TOLERANCE) for a, b in zip(one[1], other[1], strict=True))
+
+
+def _in_one_order(faces: Faces) -> Faces:
+    """The faces; those of boxes, which the engine shows as one mesh, sorted and from their lowest corners on."""
+    if len(faces) != 6 or any(len(face) != 4 for face in faces):
+        return faces
+    rounded = [np.round(face, 6) + 0.0 for face in faces]
+    first = [min(range(4), key=lambda i, face=face: tuple(face[i])) for face in rounded]
+    order = sorted(range(6), key=lambda i: np.roll(rounded[i], -first[i], axis=0).ravel().tolist())
+    return [np.roll(faces[i], -first[i], axis=0) for i in order]
 
 
 def tree_of_model(model: Model, grammar: Grammar) -> Tree:

@@ -57,16 +57,31 @@ def joined_faces(shape: Shape, faces: Sequence[int]) -> Shape:
 
 
 def edge_components(shape: Shape) -> list[Component]:
-    """Every edge once: a segment along its own x axis."""
+    """Every edge once, against the direction of its first face; an eave has its slope for a face, not the ceiling."""
     mesh = shape.mesh
     result = []
     for (start, end), faces in _faces_by_edge(mesh).items():
-        mean = unit(sum((normal(mesh.polygon(face)) for face in faces[:2]), NOWHERE))
+        normals = [normal(mesh.polygon(face)) for face in faces[:2]]
+        mean = unit(sum(normals, NOWHERE))
         if not mean.any():
-            mean = normal(mesh.polygon(faces[0]))
-        edge = segment(shape, mesh.points[start], mesh.points[end], mean)
+            mean = normals[0]
+        ends = mesh.points[end], mesh.points[start]
+        if _is_eave(mesh, *ends, normals):
+            mean = max(normals, key=lambda n: n[1])
+            ends = ends if mean is normals[0] else ends[::-1]
+        edge = segment(shape, *ends, mean)
         result.append(Component(edge, mean, len(faces) == 1, "e"))
     return result
+
+
+def _is_eave(mesh: Mesh, start: Vector, end: Vector, normals: list[Vector]) -> bool:
+    """Whether an edge is level, at the bottom, and below a slope that is not closed there or closed by a ceiling."""
+    low, high = mesh.bounds()
+    at_bottom = max(start[1], end[1]) <= low[1] + 1e-6 * max(high - low)
+    is_level = abs(end[1] - start[1]) <= 1e-6 * np.linalg.norm(end - start)
+    heights = [n[1] for n in normals]
+    is_open = len(normals) == 1 or min(heights) < -1e-6
+    return bool(at_bottom and is_level and is_open and max(heights) > 1e-6)
 
 
 def face_edge_components(shape: Shape) -> list[Component]:
@@ -103,18 +118,18 @@ def segment(shape: Shape, start: Vector, end: Vector, z: Vector) -> Shape:
 
 
 def vertex_components(shape: Shape) -> list[Component]:
-    """Every point that a face uses, in the order in which a walk around the faces meets them."""
+    """Every point that a face uses, in the order of the points."""
     mesh = shape.mesh
     border = {i for edge, faces in _faces_by_edge(mesh).items() if len(faces) == 1 for i in edge}
     result = []
-    for i in dict.fromkeys(i for face in mesh.faces for i in face):
+    for i in sorted({i for face in mesh.faces for i in face}):
         mean = unit(sum((normal(mesh.polygon(f)) for f, face in enumerate(mesh.faces) if i in face), NOWHERE))
         point = Mesh((NOWHERE,), ((0,),))
         vertex = replace(
             shape,
             position=shape.to_world(mesh.points[i]),
-            rotation=shape.rotation @ frame_from_z(mean, NOWHERE),
-            pivot=shape.rotation @ frame_from_z(mean, NOWHERE),
+            rotation=shape.rotation @ frame_from_z(mean, np.cross(mean, [1.0, 0.0, 0.0])),
+            pivot=shape.rotation @ frame_from_z(mean, np.cross(mean, [1.0, 0.0, 0.0])),
             pivot_position=shape.to_world(mesh.points[i]),
             size=NOWHERE,
             mesh=point,
@@ -176,7 +191,7 @@ def nearest_axis(direction: Vector) -> int:
 
 
 def _quadrant(axis: int, sign: int) -> Callable[[Vector], bool]:
-    return lambda d: bool(d.any()) and nearest_axis(d) == axis and d[axis] * sign > 0.0
+    return lambda d: bool(d.any()) and d[axis] * sign >= np.abs(d).max() - TIE
 
 
 def _elevation(above: float, up_to: float) -> Callable[[Vector], bool]:
@@ -192,7 +207,7 @@ QUADRANTS = {
     "back": _quadrant(2, -1),
     "right": _quadrant(0, 1),
     "left": _quadrant(0, -1),
-    "side": lambda d: bool(d.any()) and nearest_axis(d) != 1,
+    "side": lambda d: bool(d.any()) and max(abs(d[0]), abs(d[2])) >= np.abs(d).max() - TIE,
 }
 WORLD = {"up": "top", "down": "bottom", "south": "front", "north": "back", "east": "right", "west": "left"}
 SLOPES = {
@@ -240,5 +255,5 @@ def street_side(component: Component, shape: Shape, root: Shape) -> str:
     out = component.direction
     start, end = own.position, own.to_world(own.size * [1.0, 0.0, 0.0])
     if component.kind == "e" and component.is_border and nearest_axis(root.rotation.T @ shape.rotation @ out) == 1:
-        out = np.cross(shape.rotation.T @ (end - start), out)
+        out = np.cross(out, shape.rotation.T @ (end - start))
     return segment_side(shape, root, start, end, shape.rotation @ unit(out))

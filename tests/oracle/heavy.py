@@ -21,7 +21,13 @@ from tests.oracle.streets import remembering
 
 def primitive_with(make: Callable[..., Meshes]) -> Callable[[Call], Shape]:
     """``primitiveX(counts)``, fitted to the scope."""
-    return lambda call: primitive(Mesh.from_columns(make(*(int(number(a.value)) for a in call.arguments))), call)
+
+    def apply(call: Call) -> Shape:
+        counts = [int(number(a.value)) for a in call.arguments]
+        own = primitives.natural_size(make.__name__, *counts)
+        return primitive(Mesh.from_columns(make(*counts)), call, own)
+
+    return apply
 
 
 def roof_with(make: Callable[..., Meshes]) -> Callable[[Call], Shape]:
@@ -56,7 +62,7 @@ def offset(call: Call) -> Shape:
     shape, root, distance = call.shape, call.scope.model.root, number(call.arguments[0].value)
     keep = cast("outlines.Keep", call.words[0] if call.words else "all")
     faces = outlines.offset(shape.mesh.to_columns(), distance, keep)
-    mesh = replace(Mesh.from_columns(faces), is_any_kind=True)
+    mesh = Mesh.from_columns(faces)
     moved = [-distance] * sum(len(face) for face in shape.mesh.faces)
     return remembering(replace(shape, mesh=mesh).fitted(), shape, root, moved, mesh.polygons())
 

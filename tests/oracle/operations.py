@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.errors import DerivationError
-from grammarlab.geometry.meshes.primitives import builtin_asset
+from grammarlab.geometry.meshes.primitives import builtin_asset, natural_size
 from grammarlab.language.syntax.syntax_tree import Binary, Expression, Floating, Name, Relative
 from tests.oracle.components import unit
 from tests.oracle.expressions import Scope, evaluate, number
@@ -182,7 +182,7 @@ def frame_from_y(y: Vector, x: Vector) -> np.ndarray:
 
 
 def extruded(mesh: Mesh, shift: Vector) -> Mesh:
-    """Walls over the border edges, then the moved faces, then the faces turned over; all looking outwards."""
+    """The faces, the moved faces and walls over border edges, all looking outwards; turned over, first edges stay."""
     count = len(mesh.points)
     edges = [(a, b) for face in mesh.faces for a, b in zip(face, face[1:] + face[:1], strict=True)]
     border = [(a, b) for a, b in edges if (b, a) not in edges]
@@ -191,26 +191,30 @@ def extruded(mesh: Mesh, shift: Vector) -> Mesh:
     if not outwards:
         walls = [(b, a, a + count, b + count) for a, b in border]
     tops = [tuple(i + count for i in face) for face in mesh.faces]
-    bottoms = [tuple(reversed(face)) for face in mesh.faces]
+    bottoms = [turned_over(face) for face in mesh.faces]
     if not outwards:
-        tops = [tuple(reversed(face)) for face in tops]
+        tops = [turned_over(face) for face in tops]
         bottoms = list(mesh.faces)
     points = (*mesh.points, *(p + shift for p in mesh.points))
-    return Mesh(points, (*walls, *tops, *bottoms), is_any_kind=mesh.is_any_kind)
+    return Mesh(points, (*bottoms, *tops, *walls))
 
 
-def primitive(mesh: Mesh, call: Call) -> Shape:
-    """Fit a mesh to the scope; axes of no extent follow the others."""
+def turned_over(face: tuple[int, ...]) -> tuple[int, ...]:
+    return (face[1], face[0], *reversed(face[2:]))
+
+
+def primitive(mesh: Mesh, call: Call, own: Vector | None = None) -> Shape:
+    """Fit a mesh to the scope; axes of no extent follow the others, in proportion to its own size."""
     shape = call.shape
     low, high = mesh.bounds()
-    own = high - low
+    own = high - low if own is None else own
     size = shape.size.copy()
     empty = size <= 0.0
     with np.errstate(all="ignore"):
         factors = np.where(own > 0.0, size / own, 1.0)[~empty]
     scale = 1.0 if empty.all() else float(np.mean(factors))
     size = np.where(empty, own * scale, size)
-    stretch = np.divide(size, own, out=np.zeros(3), where=own > 0.0)
+    stretch = np.divide(size, high - low, out=np.zeros(3), where=high > low)
     filled = replace(shape, size=size, mesh=mesh.moved(lambda p: (p - low) * stretch))
     # With two or three dimensions to choose, the mesh also keeps its place along them.
     return filled.shifted(np.where(empty, scale * low, 0.0)) if empty.sum() >= 2 else filled
@@ -220,14 +224,16 @@ def insert(call: Call) -> Shape:
     """``i(name)``: a built-in primitive or an asset."""
     name = str(call.arguments[0].value)
     if name.startswith("builtin:"):
-        return primitive(Mesh.from_columns(builtin_asset(name.removesuffix(":notex"))), call)
+        name = name.removesuffix(":notex")
+        own = natural_size(name.removeprefix("builtin:"))
+        return primitive(Mesh.from_columns(builtin_asset(name)), call, own)
     return primitive(call.assets(name), call)
 
 
 def reverse_normals(call: Call) -> Shape:
     """Every face seen from the other side; the first edge stays the first."""
     mesh = call.shape.mesh
-    faces = tuple((face[1], face[0], *reversed(face[2:])) for face in mesh.faces)
+    faces = tuple(turned_over(face) for face in mesh.faces)
     return replace(call.shape, mesh=replace(mesh, faces=faces))
 
 

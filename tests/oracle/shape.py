@@ -43,8 +43,6 @@ class Mesh:
     faces: tuple[tuple[int, ...], ...]
     tags: tuple[int, ...] = ()
     """One number a face: what ``offset`` left for the selectors ``inside`` and ``border``."""
-    is_any_kind: bool = False
-    """Whether it is cut as meshes of any kind are, though it may fill its scope as a box does."""
 
     def polygon(self, face: int) -> list[Vector]:
         return [self.points[i] for i in self.faces[face]]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.street_sides import by_streets, face_sides
+from grammarlab.derivation.state.box_orders import is_box, kinds
 from grammarlab.derivation.state.mesh_table import scaled
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Shapes, Value
 from grammarlab.derivation.state.workspace import Workspace
@@ -76,12 +77,12 @@ def _by_scope(simple: Callable[[Shapes], Floats], general: Measure) -> Builtin:
 def _by_kind(box: float, rectangle: float, general: Measure) -> Builtin:
     """A measure that is one constant for boxes and another one for rectangles."""
     table = np.array([0.0, box, rectangle, rectangle])
-    return _by_scope(lambda shapes: table[np.minimum(shapes.mesh, FACE)], general)
+    return _by_scope(lambda shapes: table[np.minimum(kinds(shapes.mesh), FACE)], general)
 
 
 def _area(shapes: Shapes) -> Floats:
     x, y, z = shapes.size.T
-    kind = shapes.mesh
+    kind = kinds(shapes.mesh)
     return np.select(
         [kind == BOX, kind == FOOTPRINT, kind == FACE], [2.0 * (x * y + y * z + z * x), x * z, x * y], default=0.0
     )
@@ -93,7 +94,7 @@ def _boundary(shapes: Shapes) -> Floats:
 
 
 def _volume(shapes: Shapes) -> Floats:
-    return np.where(shapes.mesh == BOX, shapes.size.prod(axis=1), 0.0)
+    return np.where(is_box(shapes.mesh), shapes.size.prod(axis=1), 0.0)
 
 
 def _height(call: FunctionCall) -> Value:

@@ -12,6 +12,7 @@ from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, Op
 from grammarlab.derivation.calls.texture_transfer import carried, with_pivot
 from grammarlab.derivation.frames import cube_indices, euler
 from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.state.box_orders import is_box
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Shapes, as_column
 from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
@@ -48,11 +49,13 @@ def reframed(call: BoundCall, turn: Floats) -> Shapes:
     """Shapes with scopes rotated by [N, 3, 3] in their own axes and fitted to the unchanged geometry."""
     shapes, frames, table = call.shapes, call.workspace.frames, call.workspace.meshes
     frame = frames.rotated(shapes.frame, turn)
-    if (shapes.mesh == BOX).all() and (cube_indices(turn) >= 0).all():
+    cubes = cube_indices(turn)
+    if is_box(shapes.mesh).all() and (cubes >= 0).all():
         inverse = np.swapaxes(turn, 1, 2)
         extent = np.einsum("nij,nj->ni", inverse, shapes.size)
         position = shapes.position + frames.to_world(frame, np.minimum(extent, 0.0))
-        return shapes._replace(position=position, size=np.abs(extent), frame=frame)
+        mesh = table.boxes.turned(shapes.mesh, cubes)
+        return shapes._replace(position=position, size=np.abs(extent), frame=frame, mesh=mesh)
     meshes = local_meshes(shapes, call.workspace)
     points = np.einsum("pji,pj->pi", turn[meshes.mesh_of_point()], meshes.points)
     turned = meshes.with_points(points, turn=turn.swapaxes(1, 2))
@@ -334,7 +337,7 @@ def reverse_normals(call: BoundCall) -> Shapes:
     table, mesh = call.workspace.meshes, call.shapes.mesh.copy()
     for kind in range(BOX, FACE + 1):
         mesh[call.shapes.mesh == kind] = table.named(f"reversed:{kind}", table.take(np.array([kind])).reversed())
-    rows = np.flatnonzero(call.shapes.mesh > FACE)
+    rows = np.flatnonzero((call.shapes.mesh > FACE) | (call.shapes.mesh < 0))
     if len(rows):
         mesh[rows] = add_faces(table, table.take(call.shapes.mesh[rows]).reversed())
     return call.shapes._replace(mesh=mesh)

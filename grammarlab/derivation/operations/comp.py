@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Flags, Floats
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, selected
 from grammarlab.derivation.calls.texture_transfer import with_pivot
-from grammarlab.derivation.frames import cube_index
+from grammarlab.derivation.frames import CUBE, cube_index
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
 from grammarlab.derivation.functions.street_sides import (
     STREET_ALIASES,
@@ -26,22 +26,23 @@ from grammarlab.derivation.functions.street_sides import (
     face_sides,
     line_sides,
 )
+from grammarlab.derivation.state.box_orders import kinds
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry import components as parts_of
 from grammarlab.geometry.components import connected_faces, face_edges, face_vertices, joined, unaligned, upwards
 from grammarlab.geometry.lot_sides import Sides
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.meshes.primitives import BOX_ORIGINS, BOX_ROTATIONS, TOP
+from grammarlab.geometry.meshes.primitives import BOX_ROTATIONS, TOP
 from grammarlab.geometry.meshes.vectors import apply
 from grammarlab.geometry.selectors import SELECTORS, classify, nearest_axis, select
 
 Rows = NDArray[np.int64]
 
-_BOX_CUBES = np.array([cube_index(rotation) for rotation in BOX_ROTATIONS], dtype=np.int32)
-_BOX_NORMALS = BOX_ROTATIONS[:, :, 2].copy()
-_BOX_AXES = np.abs(BOX_ROTATIONS).argmax(axis=1)
-"""[6, 3] axis of the box along each axis of a face."""
+_CUBE_NORMALS = CUBE[:, :, 2].copy()
+_CUBE_AXES = np.abs(CUBE).argmax(axis=1)
+"""[24, 3] axis of the box along each axis of a face with that frame."""
+_LYING = cube_index(BOX_ROTATIONS[TOP])
 _MAKERS = {
     "f": parts_of.faces,
     "e": parts_of.edges,
@@ -101,20 +102,28 @@ class _BoxFaces(AbstractComponents):
 
     def __init__(self, call: BoundCall, shapes: Shapes, kind: int) -> None:
         self._call, self._shapes, self._kind = call, shapes, kind
-        self._faces = np.arange(6) if kind == BOX else np.array([TOP if kind == FOOTPRINT else 0])
-        self.row = np.repeat(np.arange(shapes.num), len(self._faces))
-        self.index = np.tile(np.arange(len(self._faces)), shapes.num)
+        if kind == BOX:
+            boxes = call.workspace.meshes.boxes
+            self._order = np.maximum(-shapes.mesh, 0)
+            self._cubes, self._origins = boxes.cubes, boxes.origins
+        else:
+            self._order = np.zeros(shapes.num, np.int32)
+            self._cubes = np.array([[_LYING if kind == FOOTPRINT else 0]], dtype=np.int32)
+            self._origins = np.array([[[0.0, 0.0, 1.0 if kind == FOOTPRINT else 0.0]]])
+        count = self._cubes.shape[1]
+        self.row = np.repeat(np.arange(shapes.num), count)
+        self.index = np.tile(np.arange(count), shapes.num)
 
     def picked(self, selector: str) -> Flags:
-        normals = _BOX_NORMALS[self._faces]
         if selector in ("all", "border", "inside"):
             whole = selector == "all" or (selector == "border") == (self._kind != BOX)
             return np.full(len(self.row), whole)
         if selector in ("eave", "hip", "valley", "ridge"):
             return np.zeros(len(self.row), dtype=bool)
         if "." not in selector:
-            return np.tile(classify(normals, selector), self._shapes.num)
-        flags = oriented(selector, normals[self.index], self.row, self._shapes, self._call.workspace)
+            return classify(_CUBE_NORMALS, selector)[self._cubes][self._order].ravel()
+        normals = _CUBE_NORMALS[self._cubes[self._order].ravel()]
+        flags = oriented(selector, normals, self.row, self._shapes, self._call.workspace)
         return by_streets(selector, lambda: self._sides, flags, self.row, self._shapes, self._call.workspace)
 
     @cached_property
@@ -126,34 +135,23 @@ class _BoxFaces(AbstractComponents):
         if join != "each" or not aligned:
             return _MeshComponents(self._call, self._shapes, "f").shapes_of(chosen, join, aligned)
         shapes, frames = self._shapes, self._call.workspace.frames
-        row, face = self.row[chosen], self._faces[self.index[chosen]]
+        row, face = self.row[chosen], self.index[chosen]
         whole = shapes.size[row]
         parent = shapes.frame[row]
         mesh = np.full(len(row), np.int32(FACE))
         component = np.arange(len(chosen))
-        if self._kind == FACE:
-            position = shapes.position[row]
-            return ComponentShapes(
-                row=row,
-                position=position,
-                size=whole * [1.0, 1.0, 0.0],
-                frame=parent,
-                mesh=mesh,
-                first=component,
-                pivot=position,
-            )
-        first = face[0] if len(face) else 0
-        if (face == first).all():
-            frame = frames.turned(parent, int(_BOX_CUBES[first]))
-            size = whole[:, _BOX_AXES[first]]
+        order = self._order[row]
+        cubes = self._cubes[order, face]
+        if len(cubes) and (cubes == cubes[0]).all():
+            frame = frames.turned(parent, int(cubes[0]))
+            size = whole[:, _CUBE_AXES[cubes[0]]]
         else:
-            frame = frames.turned_each(parent, _BOX_CUBES[face])
-            size = np.take_along_axis(whole, _BOX_AXES[face], axis=1)
+            frame = frames.turned_each(parent, cubes)
+            size = np.take_along_axis(whole, _CUBE_AXES[cubes], axis=1)
         size[:, 2] = 0.0
-        origin = BOX_ORIGINS[face] * whole
-        if self._kind == FOOTPRINT:
-            origin[:, 1] = 0.0
-        position = shapes.position[row] + frames.to_world(parent, origin)
+        position = shapes.position[row]
+        if self._kind != FACE:
+            position = position + frames.to_world(parent, self._origins[order, face] * whole)
         return ComponentShapes(
             row=row, position=position, size=size, frame=frame, mesh=mesh, first=component, pivot=position
         )
@@ -184,7 +182,7 @@ class _MeshComponents(AbstractComponents):
         if self._kind == "e":
             # An edge at the border of a face that lies flat looks out of the face, not up.
             lies_flat = nearest_axis(apply(_to_object(self._call, self._shapes)[self.row], outward)) == 1
-            outward = np.where((lies_flat & parts.is_border)[:, None], -parts.rotation[:, :, 1], outward)
+            outward = np.where((lies_flat & parts.is_border)[:, None], parts.rotation[:, :, 1], outward)
         lines = OutwardLines(parts.origin, parts.rotation[:, :, 0] * parts.size[:, :1], outward, self.row)
         return line_sides(lines, self._shapes, self._call.workspace)
 
@@ -300,15 +298,16 @@ def _components(call: BoundCall, kind: str) -> AbstractComponents:
     shapes = call.shapes
     if kind != "f":
         return _MeshComponents(call, shapes, kind)
-    first = int(shapes.mesh[0])
-    if first in (BOX, FOOTPRINT, FACE) and (shapes.mesh == first).all():
+    mesh = kinds(shapes.mesh)
+    first = int(mesh[0])
+    if first in (BOX, FOOTPRINT, FACE) and (mesh == first).all():
         return _BoxFaces(call, shapes, first)
     groups: list[tuple[Rows, AbstractComponents]] = []
     for simple in (BOX, FOOTPRINT, FACE):
-        rows = np.flatnonzero(shapes.mesh == simple)
+        rows = np.flatnonzero(mesh == simple)
         if len(rows):
             groups.append((rows, _BoxFaces(call, shapes.take(rows), simple)))
-    rows = np.flatnonzero(shapes.mesh > FACE)
+    rows = np.flatnonzero(mesh > FACE)
     if len(rows) == shapes.num:
         return _MeshComponents(call, shapes, kind)
     if len(rows):

@@ -8,8 +8,9 @@ from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.state.box_orders import PRISM, SUNK_PRISM
 from grammarlab.derivation.state.mesh_table import replaced, turned_over
-from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, FOOTPRINT, Shapes
+from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.meshes import extrude as solids
 from grammarlab.geometry.meshes.measure import face_normals
@@ -19,6 +20,7 @@ _WORDS = frozenset(
     {"world.up", "world.up.flatTop", "world.x", "world.y", "world.z", "face.normal", "vertex.normal", "x", "y", "z"}
 )
 _ALONG = {"x": 0, "y": 1, "z": 2, "world.x": 0, "world.y": 1, "world.z": 2, "world.up": 1, "world.up.flatTop": 1}
+_NORMALS = frozenset({"face.normal", "vertex.normal"})
 _LYING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """The scope of an extruded face in the face's axes: its y is the face's z, its z the face's -y."""
 _LYING_CUBE = cube_index(_LYING)
@@ -77,8 +79,7 @@ def _raised(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
     position = shapes.position
     if down.any():
         position = position + call.workspace.frames.axis(shapes.frame, 1) * down[:, None]
-    mesh = np.where(heights == 0.0, FOOTPRINT, BOX).astype(np.int32)
-    return shapes._replace(position=position, size=size, mesh=mesh)
+    return shapes._replace(position=position, size=size, mesh=_prisms(heights))
 
 
 def _deepened(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
@@ -89,16 +90,29 @@ def _deepened(call: BoundCall, shapes: Shapes, heights: Floats) -> Shapes:
     down = np.minimum(heights, 0.0)
     if down.any():
         position = position + frames.axis(shapes.frame, 2) * down[:, None]
-    mesh = np.where(heights == 0.0, FOOTPRINT, BOX).astype(np.int32)
     size = np.stack([width, np.abs(heights), height], axis=1)
-    return shapes._replace(position=position, size=size, frame=frames.turned(shapes.frame, _LYING_CUBE), mesh=mesh)
+    return shapes._replace(
+        position=position, size=size, frame=frames.turned(shapes.frame, _LYING_CUBE), mesh=_prisms(heights)
+    )
+
+
+def _prisms(heights: Floats) -> Ids:
+    """[N] what rectangles of these heights become."""
+    return np.select([heights > 0.0, heights < 0.0], [PRISM, SUNK_PRISM], FOOTPRINT).astype(np.int32)
 
 
 def _general(call: BoundCall, shapes: Shapes, heights: Floats, direction: str) -> Shapes:
     """Any geometry: the solid is a mesh, and the scope is rotated so that y runs along the direction."""
     meshes = local_meshes(shapes, call.workspace)
+    edges = solids.are_edges(meshes)
+    if edges.any() and not edges.all():
+        return _one_by_one(call, heights, (edges,))
     along = _directions(call, shapes, direction)
-    if direction == "vertex.normal":
+    if edges.any():
+        # An edge moves along the normal of its face, or the mean one of its faces: its z axis.
+        along = np.broadcast_to([0.0, 0.0, 1.0], along.shape) if direction in _NORMALS else along
+        solid = solids.extrude_edges(meshes, along * heights[:, None])
+    elif direction == "vertex.normal":
         solid = solids.extrude_along_vertex_normals(meshes, heights)
     elif direction == "world.up.flatTop":
         solid = solids.extrude_to_level(meshes, heights, along)

@@ -83,7 +83,8 @@ def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     if name in ("builtin:cube", "builtin:box"):
         return BOX, np.ones(3), np.zeros(3)
     if name in primitives.BUILTIN_ASSETS:
-        return table.named(name, primitives.builtin_asset(name)), np.ones(3), np.zeros(3)
+        size = primitives.natural_size(name.removeprefix("builtin:"))
+        return table.named(name, primitives.builtin_asset(name)), size, np.zeros(3)
     if path.startswith("builtin:"):
         valid_names = ", ".join(primitives.BUILTIN_ASSETS)
         raise call.error(f'unknown built-in mesh "{path}"', f"expected one of {valid_names}")
@@ -124,7 +125,10 @@ def _stood_up(call: BoundCall, mesh: int, asset_size: Floats, low: Floats) -> tu
 
 
 def fitted(shapes: Shapes, mesh: int, asset_size: Floats, low: Floats, call: BoundCall) -> Shapes:
-    """Shapes with one mesh of the unit cube; its own size [3] and low corner [3] replace dimensions that are 0."""
+    """Shapes with one mesh of the unit cube.
+
+    Its own size [3] or [N, 3] and low corner [3] replace dimensions that are 0.
+    """
     shapes = shapes._replace(mesh=np.full(shapes.num, mesh, dtype=np.int32))
     flat = shapes.size <= 0.0
     if not flat.any():
@@ -154,7 +158,8 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
         if name in ("cube", "quad"):
             call = call._replace(shapes=with_face_maps(call.shapes, call.workspace))
         if not dimensions:
-            return fitted(call.shapes._replace(mesh=mesh), 0, np.ones(3), np.zeros(3), call)._replace(mesh=mesh)
+            size = _natural_sizes(call, name, numbers[:num_counts])
+            return fitted(call.shapes, 0, size, np.zeros(3), call)._replace(mesh=mesh)
         return _standing(call, call.shapes, mesh, _extent(name, dimensions, call.shapes.num))
 
     return Operation(apply, num_arguments=(0, num_counts + num_dimensions))
@@ -172,6 +177,16 @@ def _mesh(call: BoundCall, name: str, counts: list[float | Floats]) -> Ids:
         raise call.error(f"{call.name} expects 3 to {_MOST_SIDES} sides, found {table.min():g} to {table.max():g}")
     ids = [_named(call, name, tuple(int(count) for count in row)) for row in table]
     return np.array(ids, dtype=np.int32)[inverse]
+
+
+def _natural_sizes(call: BoundCall, name: str, counts: list[float | Floats]) -> Floats:
+    """[N, 3] own sizes of primitives."""
+    if not counts:
+        return primitives.natural_size(name)
+    columns = [np.broadcast_to(np.rint(count), call.shapes.num) for count in counts]
+    table, inverse = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    sizes = [primitives.natural_size(name, *(int(count) for count in row)) for row in table]
+    return np.array(sizes)[inverse.ravel()]
 
 
 def _named(call: BoundCall, name: str, counts: tuple[int, ...]) -> int:

@@ -68,7 +68,7 @@ def roof_ridge(call: BoundCall) -> Shapes:
 
 
 def taper(call: BoundCall) -> Shapes:
-    """``taper(height)``: a pyramid over the first face, its tip over the face's centre of gravity.
+    """``taper(height)``: a pyramid over the first face, its tip over the mean of the face's corners.
 
     A negative height makes ``scope.sy`` negative and the pyramid point the opposite way; all faces point outwards.
     """

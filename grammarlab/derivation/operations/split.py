@@ -12,6 +12,7 @@ from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPa
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.functions.shape_textures import SPACES, UV_AXES, Range, range_of, uv_set_of
 from grammarlab.derivation.split_sizes import (
+    TOLERANCE,
     Element,
     SplitPieces,
     SplitRepeat,
@@ -21,6 +22,7 @@ from grammarlab.derivation.split_sizes import (
     divide,
     in_a_row,
 )
+from grammarlab.derivation.state.box_orders import kinds
 from grammarlab.derivation.state.corner_maps import own_maps, without_face_maps
 from grammarlab.derivation.state.mesh_table import add_faces, normalized, upright
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
@@ -50,7 +52,7 @@ def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     axis = AXES.get(words[0] if words else "")
     if axis is None:
         raise call.error("split expects x, y, z, u or v first", "for example split(x) { 2 : A | ~1 : B }")
-    call = whole_turned(call, axis)
+    call = whole_turned(call if "noAdjust" in call.words else _flattened(call, axis), axis)
     shapes = call.shapes
     length = shapes.size[:, axis]
     elements = elements_of(call, heads, length)
@@ -63,10 +65,22 @@ def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
         call.workspace.expanded(count_pieces(length, elements), shapes.num, call.location)
         pieces = divide(length, elements)
     elif general is None and not index_names and row.is_full:
-        return _slabs(shapes, axis, row, along)
+        return _slabs(call, axis, row, along)
     else:
         pieces = row.pieces()
     return _cut(call, axis, pieces, along, general)
+
+
+def _flattened(call: BoundCall, axis: int) -> BoundCall:
+    """The call on rectangles in scopes without height over them, except along the axis of the cuts."""
+    shapes = call.shapes
+    size = shapes.size
+    for kind, across in ((FOOTPRINT, 1), (FACE, 2)):
+        rises = (shapes.mesh == kind) & (size[:, across] != 0.0)
+        if across != axis and rises.any():
+            size = size.copy()
+            size[rises, across] = 0.0
+    return call if size is shapes.size else call._replace(shapes=shapes.resized(size))
 
 
 def whole_turned(call: BoundCall, axis: int) -> BoundCall:
@@ -197,11 +211,23 @@ def _texture_part(call: BoundCall, coordinate: Range, unit_length: Floats, piece
         offset[np.arange(len(simple)), axis[simple]] = start
         position[simple] += call.workspace.frames.to_world(shapes.frame[simple], offset)
         size[simple, axis[simple]] = high[simple] - low[simple]
+        mesh[simple] = _cut_across(call, shapes.take(simple), axis[simple], start, high[simple] - low[simple])
     other = np.flatnonzero(~is_simple)
     if len(other):
         cut = _between(call, shapes.take(other), direction[other], low[other], high[other])
         position[other], size[other], mesh[other] = cut
     return shapes.rescoped(position, size, shapes.frame, mesh)
+
+
+def _cut_across(call: BoundCall, shapes: Shapes, axis: Rows, start: Floats, extent: Floats) -> Ids:
+    """[N] meshes of parts of boxes and rectangles, each cut across an axis of its own."""
+    mesh = shapes.mesh.copy()
+    for across in range(3):
+        rows = np.flatnonzero(axis == across)
+        if len(rows):
+            length = shapes.size[rows, across]
+            mesh[rows] = _ordered(call, across, mesh[rows], length, start[rows], extent[rows])
+    return mesh
 
 
 def _scope_axes(mesh: Ids, direction: Floats) -> tuple[Rows, NDArray[np.bool_]]:
@@ -212,7 +238,7 @@ def _scope_axes(mesh: Ids, direction: Floats) -> tuple[Rows, NDArray[np.bool_]]:
     extends = np.zeros((FACE + 2, 3), dtype=bool)
     for kind, axes in _LIES_ALONG.items():
         extends[kind, list(axes)] = True
-    return axis, (components.max(axis=1) < _STRAIGHT) & extends[np.minimum(mesh, FACE + 1), axis]
+    return axis, (components.max(axis=1) < _STRAIGHT) & extends[np.minimum(kinds(mesh), FACE + 1), axis]
 
 
 def _between(
@@ -275,14 +301,27 @@ def _needs_clipping(mesh: Ids, axis: int) -> NDArray[np.bool_]:
     return (mesh > FACE) | (mesh == (FOOTPRINT if axis == 1 else FACE))
 
 
-def _slabs(shapes: Shapes, axis: int, row: SplitRow, along: Floats) -> list[BoundPart]:
+def _slabs(call: BoundCall, axis: int, row: SplitRow, along: Floats) -> list[BoundPart]:
     """All parts at once of a split in which every shape has one piece of each size and none needs clipping."""
-    frame, mesh = shapes.frame, shapes.mesh
+    shapes = call.shapes
+    frame = shapes.frame
+    meshes = [
+        _ordered(call, axis, shapes.mesh, shapes.size[:, axis], s, e)
+        for s, e in zip(row.start, row.extent, strict=True)
+    ]
     position = shapes.position + along * row.start[:, :, None]
     size = shapes.size[None].repeat(len(position), axis=0)
     size[:, :, axis] = row.extent
     number = np.arange(len(position))[:, None].repeat(len(frame), axis=1)
-    return [BoundPart(shapes.rescoped(p, s, frame, mesh), n) for p, s, n in zip(position, size, number, strict=True)]
+    columns = zip(position, size, meshes, number, strict=True)
+    return [BoundPart(shapes.rescoped(p, s, frame, mesh), n) for p, s, mesh, n in columns]
+
+
+def _ordered(call: BoundCall, axis: int, mesh: Ids, length: Floats, start: Floats, extent: Floats) -> Ids:
+    """[N] meshes of parts of boxes and rectangles of given lengths along an axis, with the faces of boxes in order."""
+    if len(mesh) == 0 or mesh.min() > BOX:
+        return mesh
+    return call.workspace.meshes.boxes.cut(mesh, axis, start > TOLERANCE, start + extent < length - TOLERANCE)
 
 
 def _part(call: BoundCall, axis: int, piece: SplitPieces, along: Floats, general: NDArray[np.bool_] | None) -> Shapes:
@@ -300,6 +339,7 @@ def _part(call: BoundCall, axis: int, piece: SplitPieces, along: Floats, general
     frame = shapes.frame if everyone else shapes.frame.take(rows)
     mesh = shapes.mesh if everyone else shapes.mesh.take(rows)
     size = shapes.size.copy() if everyone else shapes.size.take(rows, axis=0)
+    mesh = _ordered(call, axis, mesh, size[:, axis], piece.start, piece.extent)
     size[:, axis] = piece.extent
     if everyone:
         position = shapes.position + along * piece.start[:, None]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.frames import FrameTable
+from grammarlab.derivation.state.box_orders import BoxOrders
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Meshes
 from grammarlab.geometry.meshes.primitives import box, quad
@@ -33,6 +34,8 @@ class MeshTable:
         self._mirrored: dict[tuple[int, int], int] = {}
         self.has_data = False
         """Whether a mesh has normals, texture coordinates or materials from a file."""
+        self.boxes = BoxOrders()
+        """Orders of the faces of boxes."""
 
     def __len__(self) -> int:
         return self._used
@@ -72,6 +75,8 @@ class MeshTable:
 
     def take(self, ids: NDArray[np.integer]) -> Meshes:
         """The meshes [N] with these ids, in the unit cube."""
+        if len(ids) and ids.min() < 0:
+            ids = self._with_boxes(ids)
         batch = np.searchsorted(self._starts, ids, side="right") - 1
         touched = np.unique(batch)
         if len(touched) == 1:
@@ -94,6 +99,12 @@ class MeshTable:
     def freeze(self) -> Meshes:
         """All meshes, in the order of their ids."""
         return Meshes.concatenate(self._batches)
+
+    def _with_boxes(self, ids: NDArray[np.integer]) -> NDArray[np.integer]:
+        """Ids [N] in which boxes with orders of their own are stored meshes."""
+        different, inverse = np.unique(ids, return_inverse=True)
+        stored = [id_ if id_ >= 0 else self.named(f"box:{-id_}", self.boxes.mesh(-id_)) for id_ in different.tolist()]
+        return np.array(stored)[inverse]
 
     def _from_batch(self, batch: int, ids: NDArray[np.integer]) -> Meshes:
         return self._batches[batch].take(ids - self._starts[batch])

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, NodeIds, Nodes, Reports, by_path, by_place
 from grammarlab.derivation.frames import FrameTable
+from grammarlab.derivation.state.box_orders import kinds
 from grammarlab.derivation.state.lineage import Lineage
 from grammarlab.derivation.state.mesh_table import MeshTable, right_handed, upright
 from grammarlab.derivation.state.shapes import EMPTY, Ids, Shapes
@@ -137,7 +138,7 @@ class Recorder:
         )
 
     def leaves(self, meshes: MeshTable, frames: FrameTable) -> Leaves:
-        """All leaves that have geometry, in scopes of positive height."""
+        """All leaves that have geometry, in scopes of positive height; boxes share one mesh for all orders of faces."""
         self._leaves = [right_handed(shapes, meshes, frames) for shapes in self._leaves]
         whole = _leaves(self._leaves)
         if whole.size[:, 1].min(initial=0.0) < 0.0:
@@ -194,7 +195,7 @@ def _leaves(chunks: Sequence[Shapes]) -> Leaves:
         position=np.concatenate([np.zeros((0, 3)), *(shapes.position for shapes in chunks)]),
         size=np.concatenate([np.zeros((0, 3)), *(shapes.size for shapes in chunks)]),
         frame=_joined([shapes.frame for shapes in chunks], np.int32),
-        mesh=_joined([shapes.mesh for shapes in chunks], np.int32),
+        mesh=kinds(_joined([shapes.mesh for shapes in chunks], np.int32)),
         material=_joined([shapes.material for shapes in chunks], np.int32),
         texture_map=_joined([_texture_map(shapes) for shapes in chunks], np.int32),
     )

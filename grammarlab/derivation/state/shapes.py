@@ -17,7 +17,8 @@ Ids = NDArray[np.int32]
 
 EMPTY, BOX, FOOTPRINT, FACE = 0, 1, 2, 3
 """Ids of predefined meshes: nothing, the whole box, the rectangle y = 0 seen from above, the rectangle z = 0 seen
-from the front. Other mesh ids refer to the table of meshes."""
+from the front. Positive ids above refer to the table of meshes, negative ones are boxes with other orders of faces
+(`box_orders`)."""
 
 Value: TypeAlias = (
     "float | bool | str | NDArray[np.float64] | NDArray[np.bool_] | NDArray[np.int32] | NDArray[np.uint32]"

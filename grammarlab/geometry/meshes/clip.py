@@ -56,7 +56,8 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
         if not side.is_cut.any():
             continue
         distance = side.sign * (points[:, axis] - side.level.take(owner))
-        on_plane = np.abs(distance) <= extent.slack[mesh].take(owner)
+        # Parts that end before the plane keep their points to the last bit, whatever they are cut with.
+        on_plane = (np.abs(distance) <= extent.slack[mesh].take(owner)) & side.is_cut.take(owner)
         distance[on_plane] = 0.0
         points[on_plane, axis] = side.level.take(owner[on_plane])
         normals = np.zeros((len(mesh), 3))

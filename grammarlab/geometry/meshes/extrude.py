@@ -20,9 +20,9 @@ SAME_DIRECTION = 1e-9
 def extrude(meshes: Meshes, heights: Floats, directions: Floats | None = None) -> Meshes:
     """Every face moved along a direction, with walls between its old and new place.
 
-    The faces of a result are, mesh by mesh: the walls in the order of the edges of the faces, the moved faces, the
-    original faces. So a rectangle becomes the box of `primitives.box`. A wall's first edge is its edge on the face,
-    and all faces point outwards for both signs of the height.
+    The faces of a result are, face by face as in CityEngine: the original face, the moved face, the walls in the order
+    of the face's edges. A face that is turned over begins with its first edge. A wall's first edge is its edge on the
+    face, and all faces point outwards for both signs of the height.
 
     Args:
         meshes: M meshes. If all faces of a mesh move in the same way, an edge between two of them gets no wall.
@@ -78,6 +78,26 @@ def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats) -> Meshes:
     return _prisms(meshes, up[of_point] * rise[:, None], moves)
 
 
+def extrude_edges(meshes: Meshes, shift: Floats) -> Meshes:
+    """Edges, as faces of two corners, swept to rectangles that begin with them.
+
+    Args:
+        meshes: M meshes of faces of two corners.
+        shift: [M, 3] metres.
+    """
+    ends = meshes.points[meshes.corner_points()].reshape(-1, 2, 3)
+    moved = ends + shift[meshes.mesh_of_face()][:, None]
+    corners = np.concatenate((ends, moved[:, ::-1]), axis=1)
+    return Meshes.from_polygons(corners.reshape(-1, 3), np.full(len(ends), 4), np.diff(meshes.mesh_faces))
+
+
+def are_edges(meshes: Meshes) -> Flags:
+    """[M] whether meshes have only faces of two corners."""
+    is_area = np.diff(meshes.face_offsets) != 2
+    has_area = np.bincount(meshes.mesh_of_face()[is_area], minlength=len(meshes)) > 0
+    return ~has_area & (np.diff(meshes.mesh_faces) > 0)
+
+
 def _moves_as_one(meshes: Meshes, normals: Floats) -> Flags:
     """[M] whether all faces of a mesh have one normal."""
     filled = np.diff(meshes.mesh_faces) > 0
@@ -108,7 +128,7 @@ def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
 
 
 def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
-    """Walls, moved faces and reversed original faces of the meshes that move; the others unchanged."""
+    """Original faces, moved faces and walls of the meshes that move; the others unchanged."""
     table = edges(meshes)
     face, following = meshes.face_of_corner(), next_in_row(meshes.face_offsets)
     of_face, here = meshes.mesh_of_face(), meshes.corner_points()
@@ -128,8 +148,10 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
     walls[turned] = walls[turned][:, [1, 0, 3, 2]]
     walls_of = of_face[face[corner]]
 
-    backwards = meshes.face_offsets[:-1][face] + meshes.face_offsets[1:][face] - 1 - np.arange(len(here))
     forwards = np.arange(len(here))
+    begin = meshes.face_offsets[:-1][face]
+    # Turned over, a face begins with its first edge.
+    backwards = begin + (1 + begin - forwards) % np.diff(meshes.face_offsets)[face]
     towards_top, towards_bottom = (
         np.where(inwards[face], backwards, forwards),
         np.where(inwards[face], forwards, backwards),
@@ -138,9 +160,9 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
     whole = Soup.of_faces(meshes, np.arange(meshes.num_faces))
     untagged = np.zeros(meshes.num_faces, np.int8)
     parts = [
-        Soup(walls.ravel(), 4 * np.arange(len(walls) + 1), walls_of, corner, np.zeros(len(walls), np.int8)),
-        replace(_reordered(whole, above, towards_top), rank=whole.rank + len(here), tags=untagged).where(solid),
-        replace(_reordered(whole, here, towards_bottom), rank=whole.rank + 2 * len(here), tags=untagged).where(solid),
+        replace(_reordered(whole, here, towards_bottom), tags=untagged).where(solid),
+        replace(_reordered(whole, above, towards_top), tags=untagged).where(solid),
+        Soup(walls.ravel(), 4 * np.arange(len(walls) + 1), walls_of, face[corner], np.zeros(len(walls), np.int8)),
         whole.where(~moving),
     ]
     faces = Soup.concatenate(parts)

@@ -1,12 +1,12 @@
 """Primitive shapes in the unit cube 0..1: closed if they have a volume, all faces point outwards.
 
-Every primitive except the sphere and the star equals ``extrude`` or ``taper`` of its outline, face order included:
-walls in the order of the footprint's edges, then the top, then the bottom.
+Faces have the order of CityEngine's: bottom, top and walls from the first edge on; a cylinder begins with its top.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,23 +15,23 @@ from grammarlab.arrays import Floats
 from grammarlab.geometry.meshes.extrude import extrude
 from grammarlab.geometry.meshes.mesh import Meshes
 
-FRONT, RIGHT, BACK, LEFT, TOP, BOTTOM = range(6)
+BOTTOM, TOP, FRONT, RIGHT, BACK, LEFT = range(6)
 """Faces of `box`, in order."""
 
 BOX_ROTATIONS: Floats = np.array(
     [
+        [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
+        [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
         [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
         [[0, 0, 1], [0, 1, 0], [-1, 0, 0]],
         [[-1, 0, 0], [0, 1, 0], [0, 0, -1]],
         [[0, 0, -1], [0, 1, 0], [1, 0, 0]],
-        [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
-        [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
     ],
     dtype=np.float64,
 )
 """[6, 3, 3] the frame of each face of `box`: columns are x along the first edge, y, and z along the outward normal."""
 
-BOX_ORIGINS: Floats = np.array([[0, 0, 1], [1, 0, 1], [1, 0, 0], [0, 0, 0], [0, 1, 1], [0, 0, 0]], dtype=np.float64)
+BOX_ORIGINS: Floats = np.array([[0, 0, 0], [0, 1, 1], [0, 0, 1], [1, 0, 1], [1, 0, 0], [0, 0, 0]], dtype=np.float64)
 """[6, 3] the first corner of each face of `box`: the origin of its frame."""
 
 DEFAULT_SIDES = 16
@@ -52,26 +52,31 @@ def disk(sides: int = DEFAULT_SIDES) -> Meshes:
 
 
 def box() -> Meshes:
-    """The unit cube; faces are `FRONT`, `RIGHT`, `BACK`, `LEFT`, `TOP`, `BOTTOM`."""
-    return extrude(quad(), np.ones(1))
+    """The unit cube; faces are `BOTTOM`, `TOP`, `FRONT`, `RIGHT`, `BACK`, `LEFT`, the bottom from its x axis on."""
+    prism = extrude(quad(), np.ones(1))
+    # `extrude` begins the bottom with the first edge of the quad.
+    corners = np.concatenate((np.roll(prism.corners[:4], 2), prism.corners[4:]))
+    return replace(prism, corners=corners)
 
 
 def cylinder(sides: int = DEFAULT_SIDES) -> Meshes:
-    """A prism over `disk`: its walls, the top, the bottom."""
-    return extrude(disk(sides), np.ones(1))
+    """A prism over `disk`: the top, the bottom, its walls."""
+    prism = extrude(disk(sides), np.ones(1))
+    bottom, top, walls = np.split(prism.corners, (sides, 2 * sides))
+    return replace(prism, corners=np.concatenate((top, np.roll(bottom, -1), walls)))
 
 
 def cone(sides: int = DEFAULT_SIDES) -> Meshes:
-    """A pyramid over `disk` with its tip above the centre: its walls, then the bottom."""
+    """A pyramid over `disk` with its tip above the centre: the bottom, then its walls."""
     base = disk(sides).points
     center = _center(_circle(sides))
     points = np.vstack((base, [center[0], 1.0, center[1]]))
     walls = [[i, (i + 1) % sides, sides] for i in range(sides)]
-    return Meshes.single(points, [*walls, list(range(sides))[::-1]])
+    return Meshes.single(points, [[1, 0, *range(sides - 1, 1, -1)], *walls])
 
 
 def sphere(sides: int = DEFAULT_SIDES, divisions: int = DEFAULT_SIDES) -> Meshes:
-    """A ball of quads with triangles at its poles; rows of faces from the bottom up.
+    """A ball of quads with triangles at its poles: one face in front, then rows of faces from the bottom up.
 
     Args:
         sides: faces around, at least 3.
@@ -93,23 +98,29 @@ def sphere(sides: int = DEFAULT_SIDES, divisions: int = DEFAULT_SIDES) -> Meshes
     here = np.arange(sides)
     after = (here + 1) % sides
     top = (divisions - 2) * sides
-    faces = [[south, after[i], here[i]] for i in range(sides)]
-    for row in range(0, top, sides):
-        faces += [[row + here[i], row + after[i], row + sides + after[i], row + sides + here[i]] for i in range(sides)]
-    faces += [[top + here[i], top + after[i], north] for i in range(sides)]
+    quads = [
+        [row + sides + after[i], row + sides + here[i], row + here[i], row + after[i]]
+        for row in range(0, top, sides)
+        for i in range(sides)
+    ]
+    below = [[after[i], here[i], south] for i in (*range(1, sides), 0)]
+    above = [[top + here[i], top + after[i], north] for i in range(sides)]
+    faces = [*quads[:1], *below, *quads[1:], *above]
     return Meshes.single((points - low) / (high - low), faces)
 
 
 def star(tips: int = STAR_TIPS, inner_radius: float = STAR_INNER_RADIUS) -> Meshes:
-    """A prism over a star: its walls, the top, the bottom."""
-    outline = _circle(2 * tips) * np.where(np.arange(2 * tips) % 2, inner_radius, 1.0)[:, None]
+    """A prism over a star, with one tip in the back."""
+    angle = np.pi * np.arange(2 * tips) / tips
+    radius = np.where(np.arange(2 * tips) % 2, inner_radius, 1.0)
+    outline = np.column_stack((-radius * np.sin(angle), -radius * np.cos(angle)))
     return extrude(_ring(_filling(outline)), np.ones(1))
 
 
 def _circle(sides: int) -> Floats:
-    """[sides, 2] x and z on the unit circle, counter-clockwise seen from above, starting in the back."""
-    angle = 2.0 * np.pi * np.arange(sides) / sides
-    return np.column_stack((-np.sin(angle), -np.cos(angle)))
+    """[sides, 2] x and z on the unit circle, counter-clockwise seen from above; the first edge lies in front."""
+    angle = np.pi * (2.0 * np.arange(sides) - 1.0) / sides
+    return np.column_stack((np.sin(angle), np.cos(angle)))
 
 
 def _filling(outline: Floats) -> Floats:
@@ -124,11 +135,30 @@ def _center(circle: Floats) -> Floats:
     return -low / (high - low)
 
 
+def natural_size(name: str, *counts: int) -> Floats:
+    """[3] size of a round primitive inscribed in a circle of diameter 1 and of height 1; ones for the others.
+
+    Args:
+        name: `disk`, `cylinder`, `cone`, `sphere` or another primitive.
+        counts: numbers of sides, and of divisions of a sphere, as for these functions.
+    """
+    if name not in _ROUND:
+        return np.array([1.0, 0.0 if name == "quad" else 1.0, 1.0])
+    width, depth = 0.5 * np.ptp(_circle(*counts[:1] or (DEFAULT_SIDES,)), axis=0)
+    if name == "sphere":
+        divisions = counts[1] if len(counts) > 1 else DEFAULT_SIDES
+        widest = np.cos(np.pi * (0.5 / divisions if divisions % 2 else 0.0))
+        width, depth = width * widest, depth * widest
+    return np.array([width, 0.0 if name == "disk" else 1.0, depth])
+
+
 def _ring(outline: Floats) -> Meshes:
     """One face at y = 0 through x and z [n, 2]."""
     points = np.column_stack((outline[:, 0], np.zeros(len(outline)), outline[:, 1]))
     return Meshes.from_polygons(points, np.array([len(points)]))
 
+
+_ROUND = frozenset({"disk", "cylinder", "cone", "sphere"})
 
 _BUILTIN: dict[str, Callable[[], Meshes]] = {
     "quad": quad,

@@ -23,31 +23,29 @@ from grammarlab.geometry.outlines.patches import Patch, alike, fill, in_order, r
 from grammarlab.geometry.outlines.straight_skeleton import Loop, loop_area, trace
 
 _RECTANGLE_FACES = (
-    ((0, 1, 5, 4), (2, 3, 4, 5), (1, 2, 5), (3, 0, 4), (0, 3, 2, 1)),
-    ((1, 2, 5, 4), (3, 0, 4, 5), (0, 1, 4), (2, 3, 5), (0, 3, 2, 1)),
+    ((1, 0, 3, 2), (0, 1, 5, 4), (2, 3, 4, 5), (1, 2, 5), (3, 0, 4)),
+    ((1, 0, 3, 2), (1, 2, 5, 4), (3, 0, 4, 5), (0, 1, 4), (2, 3, 5)),
 )
-"""Slopes, sides and underside of a rectangle whose ridge (4, 5) runs along its first edge, or along its second."""
+"""Underside, slopes and sides of a rectangle whose ridge (4, 5) runs along its first edge, or along its second."""
+_UNDERSIDE, _SLOPE = -2, -1
+"""Ranks of these faces before those of the sides, which are numbers of edges."""
 _FEWEST_WITH_HOLE = 8
 """Corners of a triangle with a triangular hole and the bridge between them."""
 
 
-def pyramids(meshes: Meshes, amount: Floats, is_height: bool, balanced: bool = False) -> Meshes:
+def pyramids(meshes: Meshes, amount: Floats, is_height: bool) -> Meshes:
     """See `grammarlab.geometry.outlines.roofs.roof_pyramid`.
 
     Args:
         meshes: M meshes.
-        amount: [F] heights in metres, or slopes (rise over run) of the triangles over the first edges.
+        amount: [F] heights in metres, or slopes (rise over run) from the middle of the first edge to the tip.
         is_height: whether `amount` has heights.
-        balanced: whether the tip is over the centre of gravity, not over the mean of the corners.
     """
     rims = _rims(lay_flat(meshes))
     polygons, face = rims.polygons, rims.polygons.face_of_corner()
     count = np.maximum(polygons.counts, 1)
     tip = sums_by_row(face, len(polygons), polygons.xy) / count[:, None]
-    if balanced:
-        tip = _centres_of_gravity(polygons, tip)
-    # The first edge lies on the x axis of the polygon's frame.
-    height = amount if is_height else amount * np.abs(tip[:, 1])
+    height = amount if is_height else amount * _distance_from_first_edge(polygons, tip)
     tips = polygons.lift(np.arange(len(polygons)), tip[:, None], height[:, None])[:, 0]
     edge = np.flatnonzero(rims.is_edge & ~rims.is_flat[face])
     over = len(polygons.xy) + face[edge]
@@ -123,6 +121,16 @@ def ridges(meshes: Meshes, amount: Floats, is_height: bool) -> Meshes:
     return regroup(in_order(batches, rows), meshes.mesh_faces)
 
 
+def _distance_from_first_edge(polygons: Polygons, tip: Floats) -> Floats:
+    """[F] metres from the middle of the first edges to tips [F, 2]; 0 where there is no edge."""
+    result = np.zeros(len(polygons))
+    filled = np.flatnonzero(polygons.counts > 0)
+    start = polygons.offsets[:-1][filled]
+    middle = 0.5 * (polygons.xy[start] + polygons.xy[polygons.next_corner()[start]])
+    result[filled] = np.hypot(*(tip[filled] - middle).T)
+    return result
+
+
 @dataclass(frozen=True, slots=True)
 class _Rims:
     """Faces of a batch as the base of solids: corners at one place are one point, bridges are not edges."""
@@ -152,17 +160,6 @@ def _rims(polygons: Polygons) -> _Rims:
     extent = polygons.extents()
     is_flat = ~(signed_areas(polygons) > RELATIVE_TOLERANCE * extent * extent)
     return _Rims(polygons, first_corner, is_edge, is_flat)
-
-
-def _centres_of_gravity(polygons: Polygons, inside: Floats) -> Floats:
-    """[F, 2] centres of gravity of polygons, from a point [F, 2] near each; that point for those without area."""
-    face = polygons.face_of_corner()
-    here = polygons.xy - inside[face]
-    there = here[polygons.next_corner()]
-    twice = here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0]
-    area = 0.5 * sums_by_row(face, len(polygons), twice[:, None])
-    moment = sums_by_row(face, len(polygons), (here + there) * twice[:, None]) / 6.0
-    return inside + np.divide(moment, area, out=np.zeros_like(moment), where=area > 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,12 +203,14 @@ def _solids(points: Floats, owner: Indices, num_solids: int, parts: list[_Faces]
 
 
 def _undersides(rims: _Rims) -> _Faces:
-    """The faces reversed, with the same first corner; flat faces do not change."""
+    """The faces turned over, beginning with their first edges; flat faces do not change."""
     polygons, face = rims.polygons, rims.polygons.face_of_corner()
     first, count = polygons.offsets[face], polygons.counts[face]
     index = np.arange(len(face)) - first
-    turned = np.where(rims.is_flat[face], index, -index % np.maximum(count, 1))
-    return _Faces(np.arange(len(polygons)), polygons.counts, polygons.counts, rims.first_corner[first + turned])
+    turned = np.where(rims.is_flat[face], index, (1 - index) % np.maximum(count, 1))
+    return _Faces(
+        np.arange(len(polygons)), np.full(len(polygons), _UNDERSIDE), polygons.counts, rims.first_corner[first + turned]
+    )
 
 
 def _prisms(rims: _Rims, height: Floats, lead: Indices) -> Meshes:
@@ -251,7 +250,7 @@ def _slopes(rims: _Rims, top: Indices, lead: Indices) -> _Faces:
     face = np.repeat(chosen, np.diff(offsets))
     first, count = polygons.offsets[face], polygons.counts[face]
     turned = first + (where - first + lead[face] - first) % np.maximum(count, 1)
-    return _Faces(chosen, np.full(len(chosen), -1), np.diff(offsets), top[turned])
+    return _Faces(chosen, np.full(len(chosen), _SLOPE), np.diff(offsets), top[turned])
 
 
 def _directions(polygons: Polygons) -> Floats:
@@ -283,9 +282,9 @@ def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Pa
     side[np.abs(side) <= RELATIVE_TOLERANCE * half] = 0.0
     corner_at = {tuple(xy[corner].tolist()): corner for ring in loops for corner in ring}
     bottom = tuple(corner_at[point] for point in map(tuple, xy.tolist()))
-    underside = (bottom[0], *bottom[:0:-1])
+    underside = (bottom[1], bottom[0], *bottom[:1:-1])
     if value <= 0.0:
-        return Patch(xy, np.zeros(len(xy)), tuple(range(len(xy))), (bottom, underside), (0, 0))
+        return Patch(xy, np.zeros(len(xy)), tuple(range(len(xy))), (underside, bottom), (0, 0))
     nodes, paths, crossings = _cut(xy, side, loops)
     drop = half - np.abs(np.append(side, np.zeros(len(nodes) - len(xy))))
     height = np.where(drop > RELATIVE_TOLERANCE * half, drop, 0.0) * (value / half if is_height else value)
@@ -298,9 +297,8 @@ def _ridge_patch(xy: Floats, along: Floats, value: float, is_height: bool) -> Pa
     right_arcs = [arc for arc, right_arcs in zip(arcs, is_right, strict=True) if right_arcs]
     # Seen along the ridge, the part to its left has the ridge in forward direction on its border.
     slopes = fill(nodes, trace([*left_arcs, *ridge])) + fill(nodes, trace([*right_arcs, *((b, a) for a, b in ridge)]))
-    faces: list[Loop] = [tuple(top[node] for node in face) for face in slopes]
+    faces: list[Loop] = [underside, *(tuple(top[node] for node in face) for face in slopes)]
     faces += [wall for wall in (_wall(path, top) for path in paths) if len(wall) > 2]
-    faces.append(underside)
     heights = np.concatenate([np.zeros(len(nodes)), height])
     return Patch(np.concatenate([nodes, nodes]), heights, tuple(range(len(xy))), tuple(faces), (0,) * len(faces))
 

@@ -1,4 +1,4 @@
-"""The faces of a roof made from its plan: slopes, gables, underside, and overhangs with their soffits."""
+"""The faces of a roof made from its plan: underside, slopes and gables, and overhangs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MARGIN = 0.999
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """A closed roof over a plan. Its nodes are those of the plan, then the border nodes pushed out by overhangs.
+    """A roof over a plan. Its nodes are those of the plan, then the border nodes pushed out by overhangs.
 
     A node is at ``xy[source] + eave * push_eave + gable * push_gable`` and, for slopes of 45 degrees, at the height
     ``time[source] + eave * rise_eave + gable * rise_gable``, where eave and gable are overhangs in the plan.
@@ -33,7 +33,7 @@ class Sheet:
     rise: Floats
     """[S, 2] change of height per metre of overhang, at eaves and at gables."""
     faces: tuple[Loop, ...]
-    """Slopes and gables in the order of the edges, the underside, the soffits."""
+    """The underside, then slopes and gables in the order of the edges."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,14 +47,13 @@ class _Border:
     """The edge whose slope it bounds."""
 
 
-def build(plan: Plan, has_eaves: bool, has_verges: bool, has_soffits: bool) -> Sheet:
+def build(plan: Plan, has_eaves: bool, has_verges: bool) -> Sheet:
     """The faces over a plan.
 
     Args:
         plan: the plan.
-        has_eaves: whether slopes hang over at the bottom.
-        has_verges: whether slopes hang over gables.
-        has_soffits: whether overhangs get an underside, which closes the roof.
+        has_eaves: whether slopes hang over at the bottom, or begin above it.
+        has_verges: whether slopes hang over gables, or end before them.
     """
     borders = _borders(plan)
     arriving = {border.end: start for start, border in borders.items()}
@@ -66,14 +65,9 @@ def build(plan: Plan, has_eaves: bool, has_verges: bool, has_soffits: bool) -> S
         )
     }
     faces: list[Loop] = []
+    faces.append((plan.bottom[1], plan.bottom[0], *plan.bottom[:1:-1]))
     for edge, loops in enumerate(plan.faces):
         faces += loops if edge in plan.gables else [_pushed_out(loop, borders, moves, pushed) for loop in loops]
-    faces.append((plan.bottom[0], *plan.bottom[:0:-1]))
-    if has_soffits:
-        for start, border in borders.items():
-            if moves[border.edge]:
-                ring = (start, border.end, pushed[border.end], pushed[start])
-                faces.append(ring)
     push = np.zeros((len(plan.xy) + len(pushed), 2, 2))
     rise = np.zeros((len(push), 2))
     for node, index in pushed.items():

@@ -14,6 +14,9 @@ from grammarlab.geometry.outlines.straight_skeleton import Loop, Sweep, sweep
 AUTOMATIC = -1
 """Gable index for gables chosen by the shape of the polygon."""
 
+_FEWEST_WALLS = 4
+"""Fewest walls of a polygon with gables that its shape decides."""
+
 _STRAIGHT = 1e-6
 """Sine of the largest angle between edges of one wall."""
 
@@ -164,7 +167,9 @@ def _neighbours(plan: Plan, walls: list[list[int]]) -> list[tuple[int, int]]:
 
 
 def _wing_ends(plan: Plan, walls: list[list[int]]) -> list[int]:
-    """Walls that become gables automatically."""
+    """Walls that become gables automatically; a triangle has none."""
+    if len(walls) < _FEWEST_WALLS:
+        return []
     around = _neighbours(plan, walls)
     along = _directions(plan)
     size = float(np.ptp(plan.xy, axis=0).max())

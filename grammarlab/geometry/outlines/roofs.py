@@ -1,9 +1,9 @@
 """CGA's roofs over the faces of meshes: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed``, ``roofRidge``.
 
-Every face becomes a closed roof: its slopes and vertical sides in the order of its edges, each beginning with its edge
-(for sheds and ridges first the slopes, then the sides), then the face itself turned over, then the soffits under
-overhangs. Overhangs have no thickness. All faces look outwards. A roof of height 0 is a closed sheet. A face
-without area, or with crossing edges, does not change.
+Every face becomes a roof, closed if it has no overhang: the face itself turned over from its first edge on, then
+its slopes and vertical sides in the order of its edges, each beginning with its edge (for sheds and ridges first the
+slopes, then the sides). Overhangs have neither thickness nor underside, as in CityEngine. All faces look outwards. A
+roof of height 0 is a closed sheet. A face without area, or with crossing edges, does not change.
 
 Angles are in degrees between slope and face, limited to 0..89.9 (sheds: -89.9..89.9); heights are those of
 the highest point over the face, in metres, negative ones count as 0 (except for sheds).
@@ -36,7 +36,6 @@ def roof_hip(
     by: By = "angle",
     overhang: Floats | float = 0.0,
     even: bool = False,
-    soffits: bool = True,
 ) -> Meshes:
     """A slope over every edge, all equally steep: the straight skeleton of each face.
 
@@ -44,10 +43,9 @@ def roof_hip(
         meshes: M meshes.
         value: [M] or one for all: angle or height, see above.
         by: whether values are angles or heights.
-        overhang: [M] or one for all: length of overhangs in metres on the slope, 0 or more; less
-            where slopes would intersect.
+        overhang: [M] or one for all: length of overhangs in metres on the slope, less where slopes would intersect;
+            slopes of a negative one begin above the face.
         even: whether ridges are made level; slopes may then be not planar.
-        soffits: whether overhangs have undersides; without them a roof with overhang is not closed.
 
     Raises:
         DerivationError: If a value is not finite.
@@ -57,7 +55,7 @@ def roof_hip(
     rectangular, sizes = rectangle_sizes(polygons)
     square = np.abs(sizes[:, 0] - sizes[:, 1]) <= RELATIVE_TOLERANCE * sizes.max(axis=1, initial=0.0)
     kind = np.where(square, 2, np.where(sizes[:, 0] > sizes[:, 1], 0, 1))
-    roofs = _Roofs(polygons, amount, by, eaves, np.zeros_like(eaves), soffits)
+    roofs = _Roofs(polygons, amount, by, eaves, np.zeros_like(eaves))
     for i in range(3):
         roofs.add_rectangles(np.flatnonzero(rectangular & (kind == i)), sizes, i, gables=())
     for members, xy, _ in alike(polygons, np.flatnonzero(~rectangular), [None] * int((~rectangular).sum())):
@@ -73,7 +71,6 @@ def roof_gable(
     overhang_y: Floats | float = 0.0,
     even: bool = False,
     index: Indices | int | None = None,
-    soffits: bool = True,
 ) -> Meshes:
     """A hip roof whose triangular slopes at the ends of wings are vertical gables instead; rectangles: the short ends.
 
@@ -81,12 +78,12 @@ def roof_gable(
         meshes: M meshes.
         value: [M] or one for all: angle or height, see above.
         by: whether values are angles or heights.
-        overhang_x: [M] or one for all: overhang at eaves, in metres on the slope, 0 or more.
-        overhang_y: [M] or one for all: overhang at gables, in metres along the ridge.
+        overhang_x: [M] or one for all: overhang at eaves, in metres on the slope, see `roof_hip`.
+        overhang_y: [M] or one for all: overhang at gables, in metres along the ridge; slopes of a negative one
+            end before the gables.
         even: whether ridges are made level; slopes may then be not planar.
         index: [M] or one for all: the edge that is a gable together with the opposite one; any integer, counted
             cyclically. Convex faces only: others ignore it. By default the shape decides.
-        soffits: whether overhangs have undersides, see `roof_hip`.
 
     Raises:
         DerivationError: If a value is not finite.
@@ -102,7 +99,7 @@ def roof_gable(
         index_of_face = np.broadcast_to(np.asarray(index, np.int64), len(meshes))[meshes.mesh_of_face()]
         gable_edge = index_of_face % np.maximum(polygons.counts, 1)
         first_gable = gable_edge % 2
-    roofs = _Roofs(polygons, amount, by, eaves, verges, soffits)
+    roofs = _Roofs(polygons, amount, by, eaves, verges)
     for i in range(2):
         members = np.flatnonzero(rectangular & (first_gable == i))
         roofs.add_rectangles(members, sizes, 1 - i, gables=(i, i + 2))
@@ -117,7 +114,8 @@ def roof_pyramid(meshes: Meshes, value: Floats | float, by: By = "angle") -> Mes
 
     Args:
         meshes: M meshes.
-        value: [M] or one for all: height, or angle of the triangle over the first edge, see above.
+        value: [M] or one for all: height, or angle between the face and the line from the middle of its first edge to
+            the tip, see above.
         by: whether values are angles or heights.
 
     Raises:
@@ -128,7 +126,7 @@ def roof_pyramid(meshes: Meshes, value: Floats | float, by: By = "angle") -> Mes
 
 
 def taper(meshes: Meshes, heights: Floats) -> Meshes:
-    """A pyramid over the first face of each mesh, with its tip over the centre of gravity; the other faces are dropped.
+    """A pyramid over the first face of each mesh, its tip over the mean of the corners; the other faces are dropped.
 
     Args:
         meshes: M meshes.
@@ -139,7 +137,7 @@ def taper(meshes: Meshes, heights: Floats) -> Meshes:
     corners, offsets = take_rows(meshes.face_offsets, first)
     points = meshes.points[meshes.corner_points()[corners]]
     alone = Meshes.from_polygons(points, np.diff(offsets), filled.astype(np.int64))
-    return plain_roofs.pyramids(alone, heights[filled], is_height=True, balanced=True)
+    return plain_roofs.pyramids(alone, heights[filled], is_height=True)
 
 
 def roof_shed(meshes: Meshes, value: Floats | float, by: By = "angle", index: Indices | int = 0) -> Meshes:
@@ -193,15 +191,12 @@ def _limited(amount: Floats, by: By, least: float) -> Floats:
 class _Roofs:
     """Hip and gable roofs, collected batch by batch."""
 
-    def __init__(
-        self, polygons: Polygons, amount: Floats, by: By, eaves: Floats, verges: Floats, soffits: bool
-    ) -> None:
+    def __init__(self, polygons: Polygons, amount: Floats, by: By, eaves: Floats, verges: Floats) -> None:
         self._polygons = polygons
         self._amount = _limited(amount, by, 0.0)
         self._by = by
-        self._eaves = np.maximum(eaves, 0.0)
-        self._verges = np.maximum(verges, 0.0)
-        self._soffits = soffits
+        self._eaves = eaves
+        self._verges = verges
         self._batches: list[Meshes] = []
         self._rows: list[Indices] = []
 
@@ -233,7 +228,7 @@ class _Roofs:
                 gables=frozenset(gables),
                 bottom=(0, 1, 2, 3),
             )
-            self._raise(members, xy[chosen], time[chosen], plan, build(plan, has_eaves, has_verges, self._soffits))
+            self._raise(members, xy[chosen], time[chosen], plan, build(plan, has_eaves, has_verges))
 
     def add(self, rows: Indices, plan: Plan | None) -> None:
         """Roofs on equal polygons."""
@@ -248,11 +243,11 @@ class _Roofs:
         for members, has_eaves, has_verges in self._by_overhang(rows, bool(plan.gables)):
             xy = np.broadcast_to(plan.xy, (len(members), *plan.xy.shape))
             time = np.broadcast_to(plan.time, (len(members), len(plan.time)))
-            self._raise(members, xy, time, plan, build(plan, has_eaves, has_verges, self._soffits))
+            self._raise(members, xy, time, plan, build(plan, has_eaves, has_verges))
 
     def _by_overhang(self, rows: Indices, has_gables: bool) -> list[tuple[Indices, bool, bool]]:
         """Rows grouped by the presence of overhangs at eaves and at gables."""
-        eaves, verges = self._eaves[rows] > 0.0, (self._verges[rows] > 0.0) & has_gables
+        eaves, verges = self._eaves[rows] != 0.0, (self._verges[rows] != 0.0) & has_gables
         cases = [(eave, verge) for eave in (False, True) for verge in (False, True)]
         parts = [(rows[(eaves == eave) & (verges == verge)], eave, verge) for eave, verge in cases]
         return [part for part in parts if len(part[0])]

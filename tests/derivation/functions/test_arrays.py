@@ -129,13 +129,13 @@ def test_an_array_attribute_is_drawn_once_and_recorded():
     ("value", "expected"),
     [
         ("comp(v) { all : comp.index }", "(8)[0,1,2,3,4,5,6,7]"),
-        ("comp(f) { top : 1 }", "(6)[0,0,0,0,1,0]"),
-        ("comp(f) { side = true }", "(6)[true,true,true,true,false,false]"),
-        ("comp(f) { top : comp.sel + comp.index | side = str(comp.index) }", "(6)[0,0,0,0,top0,]"),
-        ("comp(f) { 0 : 5 | geometry.area > 300 : 7 }", "(6)[5,0,0,0,7,7]"),
+        ("comp(f) { top : 1 }", "(6)[0,1,0,0,0,0]"),
+        ("comp(f) { side = true }", "(6)[false,false,true,true,true,true]"),
+        ("comp(f) { top : comp.sel + comp.index | side = str(comp.index) }", "(6)[,top0,0,0,0,0]"),
+        ("comp(f) { 0 : 5 | geometry.area > 300 : 7 }", "(6)[5,7,0,0,0,0]"),
         ("comp(f) { aslant : 1 }", "(6)[0,0,0,0,0,0]"),
         ("size(comp(e) { all : scope.sx })", "12"),
-        ("comp(f) { side : case comp.index % 2 == 0 : 1 else : 6 }", "(6)[1,6,1,6,0,0]"),
+        ("comp(f) { side : case comp.index % 2 == 0 : 1 else : 6 }", "(6)[0,0,1,6,1,6]"),
     ],
 )
 def test_comp_gives_a_value_for_each_component(value, expected):

@@ -64,11 +64,10 @@ def test_what_is_inserted_fills_the_sunk_scope_from_its_lower_end(insert):
     assert np.allclose(world_meshes(forest).bounds()[0][:, 1], -6.0)
 
 
-def test_a_taper_stands_on_the_first_face_over_its_centre_of_gravity():
+def test_a_taper_stands_on_the_first_face_over_the_mean_of_its_corners():
     meshes = world_meshes(sampled("Lot --> taper(9) A", L_SHAPE))
     tip = meshes.points[meshes.points[:, 1].argmax()]
-    # Two rectangles, 8 x 12 and 18 x 22, make up the L.
-    centre = (np.array([4.0, 6.0]) * 96 + np.array([17.0, 11.0]) * 396) / 492
-    assert np.allclose(tip, [centre[0], 9.0, centre[1]])
+    centre = np.asarray(L_SHAPE).mean(axis=0)
+    assert np.allclose(tip, [centre[0], 9.0, centre[2]])
     boxed = sampled("Lot --> extrude(4) taper(3) A")
-    assert volumes_by_symbol(boxed)["A"] == pytest.approx(30 * 4 * 3 / 3)
+    assert volumes_by_symbol(boxed)["A"] == pytest.approx(30 * 20 * 3 / 3)

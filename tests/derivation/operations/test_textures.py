@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation import Forest, derive
+from grammarlab.derivation.state.shapes import BOX, FACE
 from grammarlab.geometry.meshes.measure import areas
 from grammarlab.language.grammar import Grammar
 from tests.cases import bulk
@@ -106,7 +107,7 @@ def test_boxes_and_rectangles_stay_what_they_are():
     """
     forest = sampled(rules)
     assert len(forest.leaves) == 3
-    assert len(forest.meshes) == 4
+    assert set(forest.leaves.mesh.tolist()) == {BOX, FACE}
 
 
 def test_parts_know_their_places():

@@ -43,7 +43,7 @@ def test_a_prism_is_closed_looks_outwards_and_has_area_times_height(ring, height
 
 @QUICK
 @given(simple, heights)
-def test_faces_are_the_walls_in_edge_order_then_top_and_bottom(ring, height):
+def test_faces_are_the_bottom_the_top_then_the_walls_in_edge_order(ring, height):
     face = lots([ring])
     solid = extrude(face, np.array([height]))
     count = len(ring)
@@ -51,17 +51,20 @@ def test_faces_are_the_walls_in_edge_order_then_top_and_bottom(ring, height):
     edges = corner_edges(face)
     first_edges = corner_edges(solid)[solid.face_offsets[:-1]]
     # A wall below the ground is seen from the other side, so its first edge runs the other way.
-    assert first_edges[:count] == pytest.approx(np.sign(height) * edges)
-    assert face_areas(solid)[:count] == pytest.approx(np.linalg.norm(edges, axis=1) * abs(height))
-    assert area_vectors(solid)[count:, 1] == pytest.approx(
-        np.sign(height) * np.array([area(ring), -area(ring)]), rel=1e-6
-    )
+    assert first_edges[2:] == pytest.approx(np.sign(height) * edges)
+    assert face_areas(solid)[2:] == pytest.approx(np.linalg.norm(edges, axis=1) * abs(height))
+    assert area_vectors(solid)[:2, 1] == pytest.approx(np.sign(height) * np.array([-area(ring), area(ring)]), rel=1e-6)
+    # Turned over, a face begins with the same edge.
+    turns = np.array([-1.0, 1.0]) * np.sign(height)
+    assert first_edges[:2] == pytest.approx(turns[:, None] * edges[0])
 
 
-def test_an_extruded_rectangle_is_the_box():
-    cube = extrude(quad(), np.ones(1))
-    assert np.array_equal(cube.corners, box().corners)
-    assert np.array_equal(cube.points, box().points)
+def test_an_extruded_rectangle_is_the_box_but_for_the_first_edge_of_its_bottom():
+    prism = extrude(quad(), np.ones(1))
+    assert np.array_equal(prism.points, box().points)
+    assert np.array_equal(prism.corners[4:], box().corners[4:])
+    # The bottom of the box begins at the origin of its scope.
+    assert np.array_equal(prism.corners[[2, 3, 0, 1]], box().corners[:4])
 
 
 def test_height_zero_leaves_a_mesh_as_it_is():
