@@ -11,8 +11,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
+from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, OperationFunction
 from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.operations.alignment import where
 from grammarlab.derivation.operations.extrusion import first_normals, stood_up
 from grammarlab.derivation.state.mesh_table import turned_over
 from grammarlab.derivation.state.shapes import Shapes
@@ -92,6 +93,24 @@ def _by(call: BoundCall) -> Literal["angle", "height"]:
     return "height" if "byHeight" in call.words else "angle"
 
 
+def _by_flag(apply: OperationFunction, position: int) -> OperationFunction:
+    """An operation whose value number ``position`` is a truth value, carried out for each of its values."""
+
+    def carried_out(call: BoundCall) -> Shapes:
+        argument = call.values[position] if len(call.values) > position else None
+        if argument is None or not isinstance(argument.value, np.ndarray) or argument.value.dtype.kind != "b":
+            return apply(call)
+        flags = argument.value
+        if (flags == flags[0]).all():
+            same = argument._replace(value=bool(flags[0]))
+            return apply(call._replace(arguments=tuple([same if a is argument else a for a in call.arguments])))
+        for flag in (False, True):
+            call = call._replace(shapes=where(call, flags == flag, carried_out))
+        return call.shapes
+
+    return carried_out
+
+
 def _flag(call: BoundCall, argument: Argument) -> bool:
     if isinstance(argument.value, bool):
         return argument.value
@@ -107,8 +126,8 @@ def _roofed(call: BoundCall, roof: Meshes) -> Shapes:
 
 
 OPERATIONS: dict[str, Operation] = {
-    "roofGable": Operation(roof_gable, _WORDS, (1, 6)),
-    "roofHip": Operation(roof_hip, _WORDS, (1, 4)),
+    "roofGable": Operation(_by_flag(roof_gable, 3), _WORDS, (1, 6)),
+    "roofHip": Operation(_by_flag(roof_hip, 2), _WORDS, (1, 4)),
     "roofPyramid": Operation(roof_pyramid, _WORDS, (1, 2)),
     "roofRidge": Operation(roof_ridge, _WORDS, (1, 2)),
     "roofShed": Operation(roof_shed, _WORDS, (1, 3)),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
-from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
+from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, BoundPart, Head
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.functions.shape_textures import SPACES, UV_AXES, Range, range_of, uv_set_of
 from grammarlab.derivation.split_sizes import (
@@ -25,7 +25,7 @@ from grammarlab.derivation.split_sizes import (
 from grammarlab.derivation.state.box_orders import kinds
 from grammarlab.derivation.state.corner_maps import own_maps, without_face_maps
 from grammarlab.derivation.state.mesh_table import add_faces, normalized, upright
-from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
+from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes, take_value
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
 
@@ -126,11 +126,17 @@ def _split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Boun
             f"for example split({words[0]}, unitSpace, 0) {{ 2 : A | ~1 : B }}",
         )
     uv_set = uv_set_of(call.values[0].value, call.name, call.location)
-    if (own_maps(call.shapes, uv_set, call.workspace) < 0).any():
-        raise call.error(
-            f"split({words[0]}, ...) came to a shape without texture coordinates in set {uv_set}",
+    has_map = own_maps(call.shapes, uv_set, call.workspace) >= 0
+    if not has_map.all():
+        call.warn(
+            f"split({words[0]}, ...) came to a shape without texture coordinates in set {uv_set}; it has no parts",
             "setupProjection and projectUV create them",
         )
+        rows = np.flatnonzero(has_map)
+        call = call.rows(rows)
+        heads = tuple([head._replace(argument=_at_rows(head.argument, rows)) for head in heads])
+        if len(rows) == 0:
+            return [BoundPart(call.shapes, rows) for _ in heads]
     coordinate = range_of(call.shapes, uv_set, UV_AXES.index(words[0]), call.workspace)
     unit_length = coordinate.metres if words[1] == "unitSpace" else np.ones(call.shapes.num)
     length = coordinate.extent * unit_length
@@ -143,6 +149,10 @@ def _split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Boun
     if index_names:
         parts = _indexed(parts, pieces, numbers, call.shapes.num, index_names)
     return [BoundPart(part, number) for part, number in zip(parts, numbers, strict=True)]
+
+
+def _at_rows(argument: Argument, rows: Rows) -> Argument:
+    return argument._replace(value=take_value(argument.value, rows))
 
 
 def elements_of(call: BoundCall, heads: Sequence[Head], length: Floats) -> list[Element]:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from grammarlab.derivation import derive
 from grammarlab.geometry.footprints.footprint_text import read_footprints
 from grammarlab.geometry.meshes import measure
+from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import (
     L_SHAPE,
     TRIANGLE,
@@ -233,3 +235,15 @@ def test_the_older_selectors_of_streets_pick_the_front_and_all_the_rest():
 def test_the_sign_of_a_relative_length_may_stand_before_or_after_its_mark(written, share):
     leaves = sampled(f"Lot --> t({written}, 0, 0) A").leaves
     assert np.array_equal(leaves.position[:, 0], share * leaves.size[:, 0])
+
+
+def test_a_roof_is_even_where_its_shape_says_so():
+    text = 'Lot --> R({})  R(e) --> roofHip(30, 1, e) report("a", geometry.area) X'
+    skew = np.array([[0.0, 0, 18], [28, 0, 20], [30, 0, 1], [2, 0, 0]])
+    uneven, even = (sampled(text.format(flag), skew).reports.value[0] for flag in ("false", "true"))
+    mixed = derive(Grammar.parse(text.format("p(0.5)")), 12, 5, footprint=skew)
+    flags = mixed.draws.value[np.argsort(mixed.draws.node)] == 1.0
+    assert 0 < flags.sum() < 12
+    model = mixed.nodes.model[mixed.reports.node]
+    assert np.allclose(mixed.reports.value[np.argsort(model)], np.where(flags, even, uneven))
+    assert uneven != even

@@ -348,7 +348,6 @@ def test_operations_on_coordinates_draw_nothing_and_move_nothing():
         ('report("u", geometry.du(12, uvSpace))', "geometry.du expects a uv set from 0 to 9, found 12"),
         ('report("u", geometry.du(0, 1))', "geometry.du expects uvSpace or unitSpace"),
         ("split(x) { ~1 : projectUV(split.index) A }*", "projectUV expects one uv set for all shapes"),
-        ("deleteUV(0) split(u, uvSpace, 0) { 1 : A }", "a shape without texture coordinates in set 0"),
         ("split(u, uvSpace, 11) { 1 : A }", "split expects a uv set from 0 to 9, found 11"),
         ('split(u, sel("metres"), 0) { 1 : A }', "split(u, ...) expects uvSpace or unitSpace, then a uv set"),
     ],
@@ -374,3 +373,12 @@ def test_mistakes_are_explained(operation, words):
 def test_degenerate_shapes_have_finite_coordinates(operations):
     forest = derive(Grammar.parse(f"Lot --> {operations} A"), 2, 1)
     assert np.isfinite(forest.texture_maps).all()
+
+
+def test_a_split_along_missing_coordinates_has_no_parts_and_says_so():
+    text = "Lot --> split(x) { ~1 : A }*  A --> 50% : deleteUV(0) B else : B  B --> split(u, uvSpace, 0) { ~1 : C }"
+    forest = derive(Grammar.parse(text), 4, 1)
+    (warning,) = forest.warnings
+    assert "a shape without texture coordinates in set 0" in warning.message
+    deleted = (forest.draws.value == 0.0).sum()
+    assert 0 < len(forest.leaves) == len(forest.draws.value) - deleted
