@@ -10,6 +10,7 @@ import pytest
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.checking.check import check_text
+from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn
@@ -42,6 +43,10 @@ def test_a_learned_file_begins_with_what_is_liked():
     assert lines[0].startswith("// Learned by grammarlab ")
     assert GRAMMAR.hash[:16] in lines[0]
     assert any(line.startswith("// Learned from 16 scores.") for line in lines)
+    again = format_grammar(Grammar.parse(text))
+    assert again.partition("\n\n")[0].splitlines() == lines
+    assert format_grammar(Grammar.parse(again)) == again
+    assert check_text(text, "learned.cga", SUPPORTED) == ()
 
 
 @pytest.mark.parametrize(
