@@ -44,6 +44,7 @@ def material_of(primitive: dict[str, Any], document: GltfDocument) -> PartMateri
         if gloss
         else _share(metal.get("roughnessFactor", 1.0)),
         emissive=glow[:3],
+        is_cut_out=material.get("alphaMode", "OPAQUE") != "OPAQUE",
     )
 
 

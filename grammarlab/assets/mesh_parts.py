@@ -40,6 +40,8 @@ class PartMaterial:
     metallic: float = 0.0
     roughness: float = 0.8
     emissive: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    is_cut_out: bool = False
+    """Whether transparent parts of the image are holes."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,6 +62,7 @@ def _material(statements: dict[bytes, list[bytes]]) -> PartMaterial | None:
         metallic=_number(statements.get(b"pm", [b"0"])[0], 0.0),
         roughness=_number(statements.get(b"pr", [b"0.8"])[0], 0.8),
         emissive=(light[0], light[1], light[2]) if len(light) == 3 else (0.0, 0.0, 0.0),
+        is_cut_out=b"map_d" in statements,
     )
 
 

@@ -94,6 +94,8 @@ class MaterialTable:
         self._rows: list[tuple[float | str, ...]] = [default_row]
         self._palettes: dict[tuple[int, ...], int] = {}
         self._members: dict[int, tuple[int, ...]] = {}
+        self.cut_out: set[str] = set()
+        """As in `Materials`."""
 
     def changed(
         self, materials: NDArray[np.int32], changes: Mapping[str, float | str | NDArray[np.float64]]
@@ -179,7 +181,7 @@ class MaterialTable:
     def freeze(self) -> Materials:
         """All materials as columns."""
         channels = np.array([row[:-1] for row in self._rows], dtype=np.float64)
-        return Materials(channels, tuple(str(row[-1]) for row in self._rows))
+        return Materials(channels, tuple(str(row[-1]) for row in self._rows), cut_out=frozenset(self.cut_out))
 
     def _palette(self, members: Sequence[int]) -> int:
         key = tuple(members)

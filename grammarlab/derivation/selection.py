@@ -95,6 +95,7 @@ def join_forests(forests: Sequence[Forest]) -> Forest:
         materials=Materials(
             np.concatenate([forest.materials.channels for forest in forests]),
             tuple(texture for forest in forests for texture in forest.materials.textures),
+            cut_out=frozenset().union(*(forest.materials.cut_out for forest in forests)),
         ),
         texture_maps=np.concatenate([forest.texture_maps for forest in forests]),
         prints=tuple(text for forest in forests for text in forest.prints),

@@ -201,7 +201,8 @@ def _sorted(materials: Materials) -> tuple[Materials, NDArray[np.int32]]:
     order = np.array(sorted(range(len(rows)), key=rows.__getitem__), dtype=np.int32)
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order), dtype=np.int32)
-    return Materials(channels[order], tuple(materials.textures[row] for row in order.tolist())), rank
+    textures = tuple(materials.textures[row] for row in order.tolist())
+    return Materials(channels[order], textures, cut_out=materials.cut_out), rank
 
 
 def _order(forest: Forest, material_of_old: NDArray[np.integer]) -> NDArray[np.intp]:

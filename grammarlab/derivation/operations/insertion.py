@@ -103,7 +103,9 @@ def _painted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
     materials = [
         None if material is None else _channels(material, has_image=name == path) for material in asset.materials
     ]
-    return shapes._replace(material=call.workspace.materials.inserted(shapes.material, materials))
+    table = call.workspace.materials
+    table.cut_out |= {each.texture for each in asset.materials if each is not None and each.is_cut_out} - {""}
+    return shapes._replace(material=table.inserted(shapes.material, materials))
 
 
 def _channels(material: PartMaterial, *, has_image: bool) -> dict[str, float | str]:

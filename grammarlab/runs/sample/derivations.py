@@ -8,7 +8,7 @@ frames.parquet     one row per frame      rotation (fixed list of 9, row by row)
 maps.parquet       one row per map        coordinates (fixed list of 8, row by row)
 meshes.parquet     one row per mesh       points, face_sizes, corners, tags (lists); corner_values and slots, if there
                                           are meshes of files with normals, texture coordinates or materials
-materials.parquet  one row per material   color.r ... emissive.b, texture
+materials.parquet  one row per material   color.r ... emissive.b, texture; cut_out, if transparent parts are holes
 lots.parquet       one row per model      seed, model, footprint, start_rule, attribute.NAME (or null)
 footprints.parquet one row per footprint  points (list of fixed lists of 3), street_width (list) if widths are known
 forest.json        num_models and the names for the integers
@@ -292,9 +292,15 @@ def _meshes_from_arrow(table: pa.Table) -> Meshes:
 
 def _materials_to_arrow(materials: Materials) -> pa.Table:
     channels = {name: pa.array(materials.channels[:, k].copy()) for k, name in enumerate(CHANNELS)}
-    return pa.table({**channels, "texture": pa.array(materials.textures, pa.string())})
+    columns = {**channels, "texture": pa.array(materials.textures, pa.string())}
+    if materials.cut_out:
+        columns["cut_out"] = pa.array([texture in materials.cut_out for texture in materials.textures])
+    return pa.table(columns)
 
 
 def _materials_from_arrow(table: pa.Table) -> Materials:
     channels = np.stack([_from_arrow(table.column(name)) for name in CHANNELS], axis=1)
-    return Materials(channels, tuple(table.column("texture").to_pylist()))
+    textures = tuple(table.column("texture").to_pylist())
+    flags = table.column("cut_out").to_pylist() if "cut_out" in table.column_names else []
+    cut_out = frozenset(texture for texture, is_cut_out in zip(textures, flags, strict=False) if is_cut_out)
+    return Materials(channels, textures, cut_out=cut_out)

@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 
 from grammarlab.derivation import derive
+from grammarlab.derivation.selection import join_forests
 from grammarlab.export import SaveOptions, save
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.contact_sheet import render
@@ -178,3 +179,16 @@ def test_a_cut_cube_has_no_coordinates_of_whole_faces(assets):
     )
     _, coordinates = corners_of(realize(derive(grammar, 1, 1, assets=assets)))
     assert uv_area(coordinates) == pytest.approx(2 * (2 * 2 + 2 * 3 + 2 * 3))
+
+
+def test_transparent_parts_of_an_image_are_holes_where_the_file_says_so(assets, tmp_path):
+    wall = assets / "parts" / "wall.mtl"
+    wall.write_text(wall.read_text().replace("newmtl glass", "map_d Brick.PNG\nnewmtl glass"))
+    grammar = Grammar.parse('Lot --> i("parts/wall.obj") A')
+    forest = derive(grammar, 1, 1, assets=assets)
+    save_forest(join_forests([forest, forest]), tmp_path / "forest")
+    for each in (forest, load_forest(tmp_path / "forest")):
+        assert realize(each).materials.cut_out == {"parts/brick.png"}
+    path = save(realize(forest), tmp_path / "m.glb", options=SaveOptions(assets=assets))
+    document = json.loads(path.read_bytes()[20 : 20 + struct.unpack_from("<I", path.read_bytes(), 12)[0]])
+    assert {material.get("alphaMode") for material in document["materials"]} == {"MASK", "BLEND"}
