@@ -36,15 +36,17 @@ class Table(NamedTuple):
     """Cells row by row."""
 
     def text(self) -> str:
-        r"""The text that ``print`` shows.
+        r"""The text that ``print`` shows: several rows with the cells of each column aligned at their ends.
 
-        >>> Table("float", 1, 3, (1.0, 2.5, 3.0)).text(), Table("string", 2, 1, ("a", "b")).text()
-        ('(3)[1,2.5,3]', '(2x1)\na\nb')
+        >>> Table("float", 1, 3, (1.0, 2.5, 3.0)).text(), Table("string", 2, 2, ("a", "b", "cd", "e")).text()
+        ('(3)[1,2.5,3]', '(2x2)\n    a   b\n   cd   e')
         """
         texts = [cell_text(cell) for cell in self.cells]
         if self.rows == 1:
             return f"({self.columns})[{','.join(texts)}]"
-        lines = ["\t".join(texts[first : first + self.columns]) for first in range(0, len(texts), self.columns)]
+        widths = [3 + max(map(len, texts[column :: self.columns])) for column in range(self.columns)]
+        rows = [texts[first : first + self.columns] for first in range(0, len(texts), self.columns)]
+        lines = ["".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
         return "\n".join([f"({self.rows}x{self.columns})", *lines])
 
 

@@ -15,6 +15,14 @@ L_SHAPE = np.array([[0.0, 0, 0], [0, 0, 12], [8, 0, 12], [8, 0, 22], [26, 0, 22]
 KNOWN = 'a = [1, 2, 3, 4]\nm = [1, 2, 3; 4, 5, 6; 7, 8, 9]\nwords = ["x", "y"]\n'
 
 
+def aligned(text: str) -> str:
+    """An array's text with its columns aligned at their ends, from one with tabs between them."""
+    head, *lines = text.split("\n")
+    rows = [line.split("\t") for line in lines]
+    widths = [3 + max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join([head, *("".join(c.rjust(w) for c, w in zip(row, widths, strict=True)) for row in rows)])
+
+
 def printed(value: str, definitions: str = KNOWN, num_models: int = 1, **options) -> list[str]:
     rules = f"{definitions}\n@StartRule\nLot --> extrude(2) print({value})"
     return list(derive(Grammar.parse(rules), num_models, seed=2, **options).prints)
@@ -45,7 +53,7 @@ def printed(value: str, definitions: str = KNOWN, num_models: int = 1, **options
     ],
 )  # fmt: skip
 def test_arrays_are_written_and_printed_as_in_the_reference(value, expected):
-    assert printed(value) == [expected]
+    assert printed(value) == [aligned(expected)]
 
 
 @pytest.mark.parametrize(
@@ -76,7 +84,7 @@ def test_arrays_are_written_and_printed_as_in_the_reference(value, expected):
     ],
 )
 def test_cells_are_taken_as_in_the_reference(value, expected):
-    assert printed(value) == [expected]
+    assert printed(value) == [aligned(expected)]
 
 
 @pytest.mark.parametrize(
@@ -98,7 +106,7 @@ def test_arrays_are_compared_counted_and_handed_to_functions(value, expected):
         "fibonacci(n) = case n <= 2 : [0:n-1] else : fibonacci([0,1], n)\n"
         "fibonacci(a, n) = case size(a) == n : a else : fibonacci([a, a[size(a)-2] + a[size(a)-1]], n)\n"
     )
-    assert printed(value, KNOWN + fibonacci) == [expected]
+    assert printed(value, KNOWN + fibonacci) == [aligned(expected)]
 
 
 @given(st.lists(st.integers(-9, 9), min_size=1, max_size=8), st.integers(-3, 10))
@@ -139,7 +147,7 @@ def test_an_array_attribute_is_drawn_once_and_recorded():
     ],
 )
 def test_comp_gives_a_value_for_each_component(value, expected):
-    assert printed(value, "") == [expected]
+    assert printed(value, "") == [aligned(expected)]
 
 
 def test_values_of_components_are_those_that_the_operation_meets():
@@ -260,7 +268,7 @@ def test_operations_refuse_arrays(operation):
     ],
 )
 def test_arrays_become_what_the_reference_says(value, expected):
-    assert printed(value) == [expected]
+    assert printed(value) == [aligned(expected)]
 
 
 @given(st.lists(st.integers(-9, 9), max_size=8))
@@ -301,7 +309,7 @@ def test_tables_and_texts_come_from_the_asset_folder(tmp_path):
         'filesSearch("*.csv")',
     ]
     assert [printed(value, assets=tmp_path)[0] for value in values] == [
-        "(4x2)\nFloor\tHeight\n0\t10\n1\t7,5\n2\t",
+        aligned("(4x2)\nFloor\tHeight\n0\t10\n1\t7,5\n2\t"),
         "14",
         "one\ntwo?",
         "(0)[]",
@@ -309,3 +317,10 @@ def test_tables_and_texts_come_from_the_asset_folder(tmp_path):
     ]
     with pytest.raises(DerivationError, match="outside the asset folder"):
         printed('readTextFile("../secret.txt")', assets=tmp_path)
+
+
+def test_columns_are_aligned_as_the_runtime_prints_them():
+    # Measured: PRT 3.3.11669, the package arrayAttrs2d of pyprt.
+    assert printed("[1, 2, 3; 4, 5, 6]") == ["(2x3)\n   1   2   3\n   4   5   6"]
+    assert printed("[false, true; true, false]") == ["(2x2)\n   false    true\n    true   false"]
+    assert printed('["first", "row"; "second", "row"]') == ["(2x2)\n    first   row\n   second   row"]
