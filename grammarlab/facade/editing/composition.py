@@ -72,17 +72,17 @@ class _Composer:
         self.low, self.high = low.tolist(), high.tolist()
         self.axis = facade.axis.tolist()
         self.wall = (is_background(facade) & (facade.axis == LEAF)).tolist()
-        self.solid = solid
+        self.solid, self.is_solid = solid, frozenset(solid.tolist())
         hard = is_background(facade) & (facade.axis == LEAF)
         hard[solid] = True
         self._hard_before = np.append(0, hard.cumsum()).tolist()
         self._solid_low, self._solid_high = low[solid] + self.slack, high[solid] - self.slack
 
     def is_protected(self, node: int, cut: float, other: float) -> bool:
-        """Whether a cut would cross a node that should not be cut.
+        """Whether a cut would cross a part of a row that should not be cut.
 
         Args:
-            node: a node.
+            node: a part of a row along the axis.
             cut: start or end of an interval, metres.
             other: where the result goes on there, metres.
         """
@@ -91,6 +91,19 @@ class _Composer:
             return False
         if self.is_soft(node):
             return not low < other < high
+        if self.axis[node] == LEAF or node in self.is_solid:
+            return self._crosses_opening(node, cut)
+        return any(self._is_rigid(child, cut) for child in self.facade.children[node].tolist())
+
+    def _is_rigid(self, node: int, cut: float) -> bool:
+        """Whether a cut crosses an opening in a node, and it has no row with walls that can bend around it."""
+        if not self._crosses_opening(node, cut):
+            return False
+        if self.axis[node] == LEAF or node in self.is_solid:
+            return True
+        return not any(self.wall[child] for child in self.facade.children[node].tolist())
+
+    def _crosses_opening(self, node: int, cut: float) -> bool:
         first, last = np.searchsorted(self.solid, [node, self.facade.end[node]])
         return bool(((self._solid_low[first:last] < cut) & (cut < self._solid_high[first:last])).any())
 
@@ -106,7 +119,7 @@ class _Composer:
         if self.axis[node] != self.along:
             parts = [self.part(child, spans, low, high) for child in children]
         else:
-            row = self._fitted(self._row(children, spans) or [self._largest(children, spans[0])], low, high)
+            row = self._fitted(self._row(children, spans) or [self._filler(children, spans[0])], low, high)
             parts = [self.part(one.source, one.spans, one.low, one.high) for one in row]
         parts = [inner for part in parts for inner in self._opened(node, part)]
         return _Part(node, spans, low, high, parts) if len(parts) > 1 else parts[0]
@@ -151,8 +164,11 @@ class _Composer:
                 inside.append(replace(self._piece(child, low, high, span), protrudes=cut_low or cut_high))
         return inside
 
-    def _largest(self, children: list[int], span: _Span) -> _Part:
-        """The child with the largest part in a span, for a row of which everything else was left out."""
+    def _filler(self, children: list[int], span: _Span) -> _Part:
+        """What fills a row of which everything was left out: one of its walls, or else what is most in a span."""
+        walls = [child for child in children if self.wall[child]]
+        if walls:
+            return self._piece(walls[0], self.low[walls[0]], self.high[walls[0]], span)
         overlap, child = max((min(span.high, self.high[one]) - max(span.low, self.low[one]), one) for one in children)
         low = max(span.low, self.low[child])
         return self._piece(child, low, low + overlap, span)
@@ -229,7 +245,7 @@ def composed(before: Variation, along: int, intervals: Sequence[Interval], solid
         FacadeError: If nothing remains, or the tree is too deep.
     """
     check_depth(before.facade)
-    joined = _joined(intervals)
+    joined = _joined(intervals, TOLERANCE * float(before.facade.size[0, along]))
     if not joined:
         raise FacadeError("Nothing is left of the facade: keep at least one column or row.")
     starts = np.cumsum([0.0, *(end - begin for begin, end in joined)]).tolist()
@@ -244,13 +260,13 @@ def composed(before: Variation, along: int, intervals: Sequence[Interval], solid
     return _as_variation(before, composer, composer.part(0, spans, 0.0, starts[-1]))
 
 
-def _joined(intervals: Sequence[Interval]) -> list[Interval]:
-    """The intervals, with those joined that continue each other."""
+def _joined(intervals: Sequence[Interval], slack: float) -> list[Interval]:
+    """The intervals that are longer than a slack, with those joined that continue each other."""
     joined: list[Interval] = []
     for begin, end in intervals:
         if joined and joined[-1][1] == begin:
             joined[-1] = joined[-1][0], end
-        elif end > begin:
+        elif end - begin > slack:
             joined.append((begin, end))
     return joined
 
@@ -291,8 +307,11 @@ def _as_variation(before: Variation, composer: _Composer, top: _Part) -> Variati
 
 
 def _visible(composer: _Composer, part: _Part) -> tuple[float, float]:
-    """Start and end of the visible part of a leaf's source; all of it if it became longer."""
-    if part.parts is not None or len(part.spans) != 1:
+    """Start and end of the visible part of a leaf's source; all of it if it became longer, or if it is an opening.
+
+    Where an interval lies inside of an opening, the opening is squeezed.
+    """
+    if part.parts is not None or part.source in composer.is_solid or len(part.spans) != 1:
         return 0.0, 1.0
     span, low, high = part.spans[0], composer.low[part.source], composer.high[part.source]
     begin, end = (span.low - low) / (high - low), (span.high - low) / (high - low)

@@ -21,7 +21,7 @@ _LEAST_OVERLAP = 0.2
 """Least common share of the shorter of two openings of which one is above or beside the other."""
 _MOST_SHIFT = 0.02
 """Largest difference of the sides of two openings in line, as a share of the shorter one."""
-_MOST_STRETCH = 1.4
+_MOST_STRETCH = 1.43
 """Largest change of the ratio of width to height of an opening."""
 _MOST_UNEQUAL = 1.1
 """Largest ratio of openings of one size after the edit."""
@@ -29,6 +29,8 @@ _MOST_SHARE = 0.05
 """Largest share of openings with a fault that nobody sees."""
 _MOST_BORDER = 0.5
 """Largest part of a side of the facade that its border may take up inside."""
+_LEAST_OPEN = 0.7
+"""Least share of the area of openings of the facade, as a share of that before."""
 _LEAST_SIZE = 0.5
 """Least size of an element, as a share of its own."""
 
@@ -51,6 +53,8 @@ class Faults:
     """Share of openings and outlines of which only a part is left."""
     shrunk: float
     """Share of elements of less than half of their own size."""
+    open: float
+    """Share of the facade's area that openings have, as a share of that before; 1 if there are none."""
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -62,7 +66,8 @@ class Faults:
             "parts of the edge inside": self.border_inside > _MOST_BORDER,
             "another number of doors": self.doors != 0,
             "cut openings": self.cut > 0.0,
-            "elements of less than half of their size": self.shrunk > _MOST_SHARE,
+            "elements of less than half of their size": self.shrunk > 0.0,
+            "blank walls": self.open < _LEAST_OPEN,
         }
         return tuple(name for name, is_visible in visible.items() if is_visible)
 
@@ -99,7 +104,14 @@ def find_faults(original: Facade, variation: Variation, facade: Facade) -> Fault
         doors=doors[1] - doors[0],
         cut=_share(cut),
         shrunk=_share(ratio[element].min(axis=1, initial=np.inf) < _LEAST_SIZE),
+        open=_open_share(facade, names) / before if (before := _open_share(original, names)) else 1.0,
     )
+
+
+def _open_share(facade: Facade, opening: Flags) -> float:
+    """Share of the area of a facade that leaves with these labels have."""
+    leaf = facade.leaves
+    return float(facade.size[leaf[opening[facade.label[leaf]]]].prod(axis=1).sum() / facade.size[0].prod())
 
 
 def _share(flags: Flags) -> float:

@@ -65,6 +65,10 @@ def test_repeated_doors_corners_and_cut_openings_are_faults_and_repeated_windows
     assert of_intervals((0.0, 3.0), (1.0, 8.0))[1].words == ()
     assert of_intervals((0.0, 5.5), (2.5, 8.0))[1].words == ("another number of doors",)
     assert of_intervals((0.0, 3.0), (0.0, 8.0))[1].words == ("parts of the edge inside",)
+    # A wall of four times its length, and windows of half of theirs.
+    faults = of_intervals(*[(0.5, 1.5)] * 8, (0.0, 8.0))[1]
+    assert faults.open == pytest.approx(0.5)
+    assert "blank walls" in faults.words
     variation, _ = of_intervals((0.0, 8.0))
     visible = variation.visible.copy()
     visible[variation.facade.label == variation.facade.labels.index("door"), 2] = 0.5
