@@ -65,6 +65,8 @@ class Cell:
     """CPU seconds of the step."""
     columns: tuple[str, ...]
     """Columns that the search added."""
+    voices: str = ""
+    """What is said about two voices in the scores; empty for one."""
 
     @property
     def key(self) -> tuple[str, int, str, int]:
@@ -75,7 +77,7 @@ class Cell:
         columns = " | ".join(self.columns) or "-"
         return (
             f"{self.scenario:28} {self.scores:4} {self.person:10} {self.seed:2}  {self.original:.3f} -> {self.js:.4f}"
-            f"  moved {self.moved:.4f}  {self.seconds:5.2f} s  {columns}"
+            f"  moved {self.moved:.4f}  {self.seconds:5.2f} s  {columns}  {self.voices}"
         )
 
 
@@ -127,6 +129,7 @@ def _cell(name: str, material: Material, num_scores: int, person: str, seed: int
         moved=agreement(np.ones(len(preference)), preference, answered.weights).js,
         seconds=seconds,
         columns=tuple(str(feature) for feature in state.columns.extra),
+        voices=" ".join(filter(None, map(str, state.heard.values()))),
     )
 
 
@@ -141,9 +144,9 @@ def label_file(material: Material, num_scores: int, seed: int, shuffled: bool = 
     """
     pool = list(material.study.pool)
     addresses = [pool[index] for index in _permutation(seed, DESIGNS, len(pool))[:num_scores]]
-    ascending = sorted(range(num_scores), key=addresses.__getitem__)
+    ascending = np.array(sorted(range(num_scores), key=addresses.__getitem__), dtype=np.int64)
     scores = np.empty((num_scores, len(material.factors)))
-    scores[ascending] = material.person([addresses[index] for index in ascending], 0)
+    scores[ascending] = material.person([addresses[index] for index in ascending.tolist()], ascending)
     if shuffled:
         scores = scores[_permutation(seed, ORDER, num_scores)]
     num_factors = len(material.factors)
@@ -164,7 +167,7 @@ def _permutation(seed: int, lane: int, num: int) -> list[int]:
 
 def summary(cells: Sequence[Cell]) -> Iterator[str]:
     """Medians by person and number of scores, and how often learning did harm or found columns."""
-    yield "person     scores  files  median JS  median ratio  worst ratio  worse  with columns  median CPU s"
+    yield "person     scores  files  median JS  median ratio  worst ratio  worse  with columns  told of two  CPU s"
     for person, scores in dict.fromkeys((cell.person, cell.scores) for cell in cells):
         group = [cell for cell in cells if (cell.person, cell.scores) == (person, scores)]
         ratios = np.array([cell.js / cell.original for cell in group])
@@ -172,6 +175,7 @@ def summary(cells: Sequence[Cell]) -> Iterator[str]:
         yield (
             f"{person:10} {scores:6} {len(group):6} {np.median(js):10.4f} {np.median(ratios):13.3f} "
             f"{ratios.max():12.2f} {(ratios > WORSE).sum():6} {sum(bool(cell.columns) for cell in group):13} "
+            f"{sum(bool(cell.voices) for cell in group):11} "
             f"{np.median(seconds):13.2f}"
         )
 

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 _MOST_CHARACTERS = 100
 """Largest number of characters of the names of scenarios in the name of a folder; file systems allow about 255."""
-PERSONS_HELP = "How models are scored: exact, stars, sd5, sd10, sd20, blunders5, blunders10."
+PERSONS_HELP = (
+    "How models are scored: exact, stars, sd5, sd10, sd20, blunders5, blunders10, changing, changing_sd10, two, "
+    "two_sd10."
+)
 
 
 def complete_scenario(incomplete: str) -> list[str]:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from grammarlab.about import __version__
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.respondents import Respondent
 from grammarlab.evaluation.scenario import Scenario
@@ -58,7 +58,7 @@ class Material:
             self,
             factors=(" x ".join(self.factors),),
             scores=_product(self.scores),
-            person=lambda addresses, before: _product(self.person(addresses, before)),
+            person=lambda addresses, numbers: _product(self.person(addresses, numbers)),
             true_scores=lambda addresses: _product(self.true_scores(addresses)),
         )
 
@@ -70,13 +70,25 @@ class Material:
             seed: seed of the person, 0 <= seed < 2**64.
 
         Raises:
-            UsageError: If no model of the labelled set is liked on the person's scale.
+            UsageError: If no model of the labelled set is liked on the person's scale, or the person has two tastes and
+                the scenario one.
         """
+        if not respondent.has_one_voice and len(self.factors) == 1:
+            raise UsageError(
+                f"person {respondent.name} has two tastes, and the scenario has one factor: take one with several "
+                "factors, of which the first and the last one are the tastes, such as F3xF4."
+            )
+
+        def answers(addresses: Sequence[Address], numbers: Ints) -> Floats:
+            meant = respondent.spoken(self.person(addresses, numbers), numbers)
+            return respondent.answers(meant, seed, int(numbers.min()) if len(numbers) else 0)
+
         answered = replace(
             self,
-            scores=respondent.truth(self.scores),
-            person=lambda addresses, before: respondent.answers(self.person(addresses, before), seed, before),
-            true_scores=lambda addresses: respondent.truth(self.true_scores(addresses)),
+            factors=self.factors if respondent.has_one_voice else (respondent.name,),
+            scores=respondent.truth(respondent.taste(self.scores)),
+            person=answers,
+            true_scores=lambda addresses: respondent.truth(respondent.taste(self.true_scores(addresses))),
         )
         if not (answered.weights * answered.target).any():
             raise UsageError(
@@ -169,7 +181,7 @@ def prepare(source: Source, settings: Settings) -> Material:
         np.concatenate([true_scores(source, designs) for designs in labelled]),
         np.exp(log_weights - log_weights.max()),
         Study(space, source.pool, settings, labelled),
-        lambda addresses, _before: truth(addresses),
+        lambda addresses, _numbers: truth(addresses),
         truth,
     )
     if not (material.weights * material.target).any():

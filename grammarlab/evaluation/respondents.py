@@ -1,18 +1,25 @@
-"""Respondents, the error models of simulated persons: exact, coarse scale, noise, or blunders."""
+"""Respondents, the error models of simulated persons: exact, coarse scale, noise, blunders, or a taste that is not one.
+
+For a taste that changes, and for two people who score by turns, the first and the last factor of a scenario are the two
+tastes. Such persons give one score to a design. The target is the later taste, or the mean of both.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.special import ndtri
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.randomness import derived_seed, fold, root_keys, uniforms
 
 _LANE = 5
 """Lane below a person's seed for the draws of answers."""
+CHANGE = 60
+"""Number of scores before a taste changes."""
 _HALF_STEP = 2.0**-54
 """Half of the step of uniform draws; with it added, none is 0 or 1."""
 
@@ -28,6 +35,35 @@ class Respondent:
     """Scores are rounded to multiples of it, halves up; 0 for any score. It divides 100."""
     blunders: float = 0.0
     """Share of the scores, 0 to 1, that are drawn uniformly from 0-100 for any model."""
+    voices: Literal["one", "change", "turns"] = "one"
+    """Whether there is one taste, one that changes, or two that take turns of one score."""
+
+    @property
+    def has_one_voice(self) -> bool:
+        """Whether there is one taste."""
+        return self.voices == "one"
+
+    def taste(self, scores: Floats) -> Floats:
+        """The scores that are to be learned, without errors and on any scale: [n, K], or [n, 1] for two voices.
+
+        Args:
+            scores: [n, K] true scores by each factor, 0 to 100.
+        """
+        if self.voices == "one":
+            return scores
+        return scores[:, -1:] if self.voices == "change" else (scores[:, :1] + scores[:, -1:]) / 2.0
+
+    def spoken(self, scores: Floats, numbers: Ints) -> Floats:
+        """The scores that are meant by answers, without errors: [k, K], or [k, 1] for two voices.
+
+        Args:
+            scores: [k, K] true scores by each factor, 0 to 100.
+            numbers: [k] number of each answer of the person, from 0.
+        """
+        if self.voices == "one":
+            return scores
+        is_last = numbers >= CHANGE if self.voices == "change" else numbers % 2 == 1
+        return np.where(is_last, scores[:, -1], scores[:, 0])[:, None]
 
     def truth(self, scores: Floats) -> Floats:
         """Scores on the scale of the respondent without errors: the target of learning.
@@ -63,6 +99,8 @@ RESPONDENTS = {
         Respondent("stars", step=25.0),
         *(Respondent(f"sd{points}", noise=points) for points in (5, 10, 20)),
         *(Respondent(f"blunders{percent}", blunders=percent / 100) for percent in (5, 10)),
+        *(Respondent(f"changing{name}", noise, voices="change") for name, noise in (("", 0.0), ("_sd10", 10.0))),
+        *(Respondent(f"two{name}", noise, voices="turns") for name, noise in (("", 0.0), ("_sd10", 10.0))),
     )
 }
 """All respondents, by name."""

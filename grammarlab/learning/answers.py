@@ -49,6 +49,11 @@ class Answers:
         """All designs with answers."""
         return self.designs + tuple(other for other in self.others if other is not None)
 
+    def since(self, number: int) -> Answers:
+        """The answers from a number on, 0 for all."""
+        designs, scores = self.designs[number:], self.scores[number:]
+        return replace(self, designs=designs, scores=scores, kinds=self.kinds[number:], others=self.others[number:])
+
     def __add__(self, other: Answers) -> Answers:
         both = replace(self, designs=self.designs + other.designs, scores=np.append(self.scores, other.scores))
         if not self.kinds and not other.kinds:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import Ints
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import Designs
@@ -22,9 +23,9 @@ from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.randomness import derived_seed
 
-Person = Callable[[Sequence[Address], int], NDArray[np.float64]]
-"""Function from designs by ascending address, with repeats, and the number of earlier scores to scores [k, K],
-0 to 100, for K factors."""
+Person = Callable[[Sequence[Address], Ints], NDArray[np.float64]]
+"""Function from designs by ascending address, with repeats, and the number [k] of each answer, 0 for the first one, to
+scores [k, K], 0 to 100, for K factors."""
 MIN_SCORES = 24
 """Number of scores of every factor before one is preferred."""
 MIN_TURN_SHARE = 0.5
@@ -56,9 +57,9 @@ def interview(
         active = next_factor(study, state, factors, num)
         choice = derived_seed(seed, rounds, active, 0)
         designs = ask(study, state, num, choice, factor=factors[active])
-        order = sorted(range(len(designs)), key=designs.__getitem__)
+        order = np.array(sorted(range(len(designs)), key=designs.__getitem__), dtype=np.int64)
         scores = np.empty(len(designs))
-        scores[order] = person([designs[index] for index in order], state.num_answers)[:, active]
+        scores[order] = person([designs[index] for index in order.tolist()], state.num_answers + order)[:, active]
         answers = Answers(factors[active], designs, scores)
         state = step(study, state, (answers,))
         rounds += 1

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.splitting import Base
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError, check_type
@@ -155,7 +155,7 @@ def learn(
     view = views[sees or next(iter(views))]
     study = Study(space, pool or Pool.usual(space), settings)
 
-    def person(addresses: Sequence[Address], _before: int) -> Floats:
+    def person(addresses: Sequence[Address], _numbers: Ints) -> Floats:
         return _checked(score(view(addresses)), len(addresses))[:, None]
 
     # At these sizes several threads are slower than one.

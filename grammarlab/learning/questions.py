@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,8 +34,7 @@ def ask(
     """
     way = way or study.settings.query
     tables = study.tables(state.wide)
-    answers = state.answers.get(factor) if factor else _product(state)
-    answers = (answers or Answers(factor, (), np.zeros(0))).scored
+    every, answers = (part.scored for part in (_answers(state, factor) if factor else _product(state)))
     columns = state.columns
     table, num_pool = tables.table(columns), len(tables.pool_designs.pool)
     rows = table.rows[:num_pool]
@@ -44,6 +44,7 @@ def ask(
         columns = replace(columns, elsewhere=outside)
     answer_rows = table_rows(tables, columns, answers)
     inside = (answer_rows >= 0) & (answer_rows < len(rows))
+    asked = table_rows(tables, columns, every)
     situation = Situation(
         rows,
         np.arange(len(rows)) < tables.pool_designs.pool.sizes[0],
@@ -51,6 +52,7 @@ def ask(
         answers.scores[inside],
         state.preferences.get(factor) if factor else state.product,
         tables.pool_designs.weights,
+        asked[(asked >= 0) & (asked < len(rows))],
     )
     chosen = propose(way, situation, num, seed)
     names = (*tables.addresses, *columns.elsewhere)
@@ -94,9 +96,24 @@ def ask_pairs(
     return tuple((names[first], names[second]) for first, second in chosen.tolist())
 
 
-def _product(state: State) -> Answers:
-    """The designs with answers for all liked factors, and the products of these answers."""
-    liked = [state.answers[name].scored for name in state.liked if name in state.answers]
+def _answers(state: State, factor: str) -> tuple[Answers, Answers]:
+    """All answers for a factor, and those that count; all new ones do."""
+    every = state.answers.get(factor, Answers(factor, (), np.zeros(0)))
+    entry = state.heard.get(factor)
+    return every, every if entry is None else entry.answers + every.since(entry.num_answers)
+
+
+def _product(state: State) -> tuple[Answers, Answers]:
+    """The designs with answers for all liked factors, and the products of these answers; and those that count."""
+    of_factors = [_answers(state, name) for name in state.liked if name in state.answers]
+    every, counting = (
+        ([part.scored for part in parts] for parts in zip(*of_factors, strict=True)) if of_factors else ([], [])
+    )
+    return _multiplied(every), _multiplied(counting)
+
+
+def _multiplied(factors: Sequence[Answers]) -> Answers:
+    liked = [answers.scored for answers in factors]
     scores = [dict(zip(answers.designs, answers.scores.tolist(), strict=True)) for answers in liked]
     shared = [design for design in (scores[0] if scores else {}) if all(design in score_of for score_of in scores)]
     values = np.array([[score_of[design] for design in shared] for score_of in scores]).reshape(

@@ -1,12 +1,13 @@
 """One round of learning: answers in, a preference out.
 
-The state after a round is a function of the pool and of the scores only, so that equal scores of a simulated person, a
-person at the page, a label file and a Python function give equal states. Its quantities:
+The state after a round is a function of the pool and of the scores in their order only, so that equal scores of a
+simulated person, a person at the page, a label file and a Python function give equal states. Its quantities:
 
 - answer: a score (0-100) of a design for a factor. With several factors, the preference is their product.
 - pool: the designs to ask about (`grammarlab.learning.designs.pool`). Designs from elsewhere may have a
   score.
 - liked factor: one with a score above 0. Others are left out of the product, since their preference is unknown.
+- heard: the answers that count, if their order shows a change of taste or two people (`grammarlab.learning.heard`).
 - columns: features of designs. Composed ones that scores need are added
   (`grammarlab.learning.composed_columns`), and paths grow longer (`grammarlab.learning.path_growth`).
 """
@@ -14,7 +15,7 @@ person at the page, a label file and a Python function give equal states. Its qu
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Generic
 
@@ -29,6 +30,7 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace, Design
 from grammarlab.learning.designs.design_tables import Columns, DesignTable, DesignTables
 from grammarlab.learning.designs.pool import Pool, PoolDesigns
 from grammarlab.learning.fitting import fit
+from grammarlab.learning.heard import Heard, heard
 from grammarlab.learning.path_growth import path_length
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
@@ -61,6 +63,8 @@ class State:
     """Factors with a score above 0 at the last step."""
     wide: bool = False
     """Whether the pool has been widened for rare designs."""
+    heard: Mapping[str, Heard] = field(default_factory=dict[str, Heard])
+    """What `preferences` were learned from."""
 
     @property
     def num_answers(self) -> int:
@@ -152,7 +156,7 @@ def step(
     )
     learned = _learned(study, state, replace(updated, wide=wide), report)
     if not learned.wide and widens and _are_rare(learned):
-        learned = _learned(study, state, replace(updated, wide=True), report, learned.columns)
+        learned = _learned(study, state, replace(updated, wide=True), report, learned)
     return learned
 
 
@@ -163,16 +167,14 @@ def _nonempty_answers(state: State) -> list[Answers]:
 
 def _are_rare(state: State) -> bool:
     """Whether liked designs are rare, given the estimated errors of the persons."""
-    erring = [(factor_answers, state.preferences[factor_answers.factor]) for factor_answers in _nonempty_answers(state)]
+    erring = [(entry.answers, state.preferences[name]) for name, entry in state.heard.items()]
     return any(
         liked_are_rare(factor_answers.scored.scores, noise_of(preference), blunders_of(preference))
         for factor_answers, preference in erring
     )
 
 
-def _learned(
-    study: Study[Designs], state: State, updated: State, report: Report, found: Columns | None = None
-) -> State:
+def _learned(study: Study[Designs], state: State, updated: State, report: Report, found: State | None = None) -> State:
     """Learn on one pool.
 
     Args:
@@ -180,13 +182,14 @@ def _learned(
         state: state after the previous round.
         updated: state with all answers.
         report: called with the progress.
-        found: columns with what was composed for the same answers; None if this is not known yet.
+        found: what was learned from the same answers on another pool, with what was heard and composed; None if nothing
+            was yet.
     """
     factors_answers = _nonempty_answers(updated)
     tables = study.tables(updated.wide, report)
     total = len(factors_answers) + 2
     report("looking at scored models", 0, total)
-    columns = _columns(tables, factors_answers, study.settings, found)
+    columns, every = _heard_with_columns(tables, factors_answers, study.settings, found)
     report("counting features", 1, total)
     table = tables.table(columns)
     reusable = state.preferences if (columns, tables.pool_designs.pool.wide) == (state.columns, state.wide) else {}
@@ -195,13 +198,45 @@ def _learned(
         report(f"learning {factor_answers.factor}", 2 + number, total)
         before = reusable.get(factor_answers.factor)
         if before is None or state.answers[factor_answers.factor] is not factor_answers:
-            others = table_rows(tables, columns, replace(factor_answers, designs=_compared(factor_answers)))
+            counting = every[factor_answers.factor].answers
+            others = table_rows(tables, columns, replace(counting, designs=_compared(counting)))
             warm = before if study.settings.warm else None
-            rows, designs = table_rows(tables, columns, factor_answers), _some(table, tables.pool_designs.weights)
-            before = _fit(table, rows, factor_answers, others, study.settings, warm, designs)
+            rows, designs = table_rows(tables, columns, counting), _some(table, tables.pool_designs.weights)
+            before = _fit(table, rows, counting, others, study.settings, warm, designs)
         preferences[factor_answers.factor] = before
-    liked = tuple(factor_answers.factor for factor_answers in factors_answers if factor_answers.is_liked)
-    return State(updated.answers, preferences, columns, liked, tables.pool_designs.pool.wide)
+    liked = tuple(name for name, entry in every.items() if entry.answers.is_liked)
+    return State(updated.answers, preferences, columns, liked, tables.pool_designs.pool.wide, every)
+
+
+def _heard_with_columns(
+    tables: DesignTables[Designs], answers: Sequence[Answers], settings: Settings, found: State | None
+) -> tuple[Columns, Mapping[str, Heard]]:
+    """The columns, and the answers that count: columns that explain all scores as well as two voices show only one."""
+    if found is not None:
+        counting = [entry.answers for entry in found.heard.values()]
+        return _columns(tables, answers, counting, settings, found.columns), found.heard
+    columns = _columns(tables, answers, answers, settings, None)
+    every = {part.factor: _heard(tables, part, columns, settings) for part in answers}
+    if any(entry.division for entry in every.values()):
+        columns = _columns(tables, answers, [entry.answers for entry in every.values()], settings, None)
+    return columns, every
+
+
+def _heard(tables: DesignTables[Designs], answers: Answers, columns: Columns, settings: Settings) -> Heard:
+    """The answers of a factor that count; comparisons alone do, and for methods other than the default one, all do."""
+    if not settings.grows or settings.fit != "blended" or not answers.scored.designs:
+        return Heard(answers, len(answers.designs))
+    rows, inverse = np.unique(table_rows(tables, columns, answers.scored), return_inverse=True)
+    designs = tables.designs(rows, columns.elsewhere)
+    known = tables.space.vocabulary(designs, settings.features).apply(designs).rows()
+    values = np.column_stack([known, tables.space.values(designs, columns.extra)])[inverse.reshape(-1)]
+    return heard(answers, values, np.array(columns.prices))
+
+
+def _elsewhere(tables: DesignTables[Designs], answers: Sequence[Answers]) -> tuple[Address, ...]:
+    """Designs with answers that are not in the pool."""
+    different = {address for factor_answers in answers for address in factor_answers.mentioned}
+    return tuple(sorted(address for address in different if address not in tables.index))
 
 
 def _some(table: DesignTable, weights: Floats) -> tuple[Floats, Floats]:
@@ -220,13 +255,16 @@ def table_rows(tables: DesignTables[Designs], columns: Columns, answers: Answers
 
 
 def _columns(
-    tables: DesignTables[Designs], answers: Sequence[Answers], settings: Settings, found: Columns | None
+    tables: DesignTables[Designs],
+    answers: Sequence[Answers],
+    counting: Sequence[Answers],
+    settings: Settings,
+    found: Columns | None,
 ) -> Columns:
-    """The columns needed for answers."""
-    different = {address for factor_answers in answers for address in factor_answers.mentioned}
-    elsewhere = tuple(sorted(address for address in different if address not in tables.index))
+    """The columns needed for the designs of all answers and for the scores of those that count."""
+    elsewhere = _elsewhere(tables, answers)
     columns = Columns(settings.features.path_length, elsewhere=elsewhere)
-    about_one = [factor_answers.scored for factor_answers in answers]
+    about_one = [factor_answers.scored for factor_answers in counting]
     scored = [_per_design(table_rows(tables, columns, single), single.scores) for single in about_one if single.designs]
     every = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(rows for rows, _ in scored)]))
     designs = tables.designs(every, elsewhere)

@@ -101,6 +101,8 @@ class Situation:
     weights: Floats | None = None
     """[m] >= 0, the grammar's density divided by that of the pool, for each model; None to use only samples of the
     grammar."""
+    asked: Ints | None = None
+    """[k] pool indices of further models that are not asked about again, since their scores do not count any more."""
 
     @property
     def liked(self) -> NDArray[np.bool_]:
@@ -144,9 +146,7 @@ def propose(way: Way, situation: Situation, num: int, seed: int) -> Ints:
         raise UsageError(f"unknown query strategy {way!r}; expected one of {', '.join(WAYS)}.")
     if situation.preference is not None:
         situation = replace(situation, preference=situation.preference.explaining)
-    available = (
-        len(situation.scored) if way == "already ranked" else len(situation.pool) - len(np.unique(situation.scored))
-    )
+    available = len(situation.scored) if way == "already ranked" else int(np.count_nonzero(_is_unscored(situation)))
     return WAYS[way](situation, min(num, available), np.random.default_rng(seed))
 
 
@@ -458,6 +458,8 @@ def _uniform(situation: Situation, num: int, randomness: np.random.Generator) ->
 def _is_unscored(situation: Situation) -> NDArray[np.bool_]:
     is_open = np.ones(len(situation.pool), dtype=bool)
     is_open[situation.scored] = False
+    if situation.asked is not None:
+        is_open[situation.asked] = False
     return is_open
 
 

@@ -18,6 +18,6 @@ def world(num_factors=1, weights=None, score=score_of, **settings):
         score(labelled)[:, :num_factors],
         np.ones(LABELLED) if weights is None else weights,
         study,
-        lambda addresses, _before: score(space.make(addresses))[:, :num_factors],
+        lambda addresses, _numbers: score(space.make(addresses))[:, :num_factors],
         lambda addresses: score(space.make(addresses))[:, :num_factors],
     )

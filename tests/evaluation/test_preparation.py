@@ -65,7 +65,7 @@ def test_the_labelled_set_is_that_of_the_seed_with_its_true_scores():
 
 def test_the_pool_and_the_labelled_set_are_different_models():
     material = prepare(source(num_models=2000), PATHS)
-    pool = material.person(list(material.study.pool)[:1600], 0)
+    pool = material.true_scores(list(material.study.pool)[:1600])
     assert not np.array_equal(material.scores[:1600], pool)
     assert (pool == 100).mean() == pytest.approx(0.01, abs=0.01)
 
@@ -82,16 +82,16 @@ def test_each_person_has_a_pool_and_a_labelled_set_that_follow_from_both_seeds()
 def test_a_model_may_be_asked_about_more_than_once():
     material = prepare(source(TEXT.replace("50 * {Round}", "30 * {Round} + 7 * {Red.}")), PATHS)
     first, second, *_ = material.study.pool
-    one, two = (material.person([address], 0)[0, 0] for address in (first, second))
+    one, two = (material.true_scores([address])[0, 0] for address in (first, second))
     assert one != two
-    assert material.person([first, first, second, second], 0)[:, 0].tolist() == [one, one, two, two]
+    assert material.true_scores([first, first, second, second])[:, 0].tolist() == [one, one, two, two]
 
 
 def test_equal_rows_have_equal_scores_where_the_features_tell():
     material = prepare(source(), PATHS)
     table = material.study.table(init(material.study))
     together = np.concatenate([table.others, table.rows])
-    scores = np.concatenate([material.scores, material.person(list(material.study.pool), 0)])
+    scores = np.concatenate([material.scores, material.true_scores(list(material.study.pool))])
     _, kind = np.unique(together, axis=0, return_inverse=True)
     for number in range(kind.max() + 1):
         assert np.ptp(scores[kind.ravel() == number]) == 0

@@ -6,7 +6,7 @@ from scipy.spatial.distance import jensenshannon
 
 from grammarlab.errors import UsageError
 from grammarlab.evaluation import protocol
-from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
+from grammarlab.evaluation.respondents import CHANGE, EXACT, RESPONDENTS
 from grammarlab.learning import interview as rounds_of
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import init
@@ -135,12 +135,12 @@ def test_a_person_with_noise_gives_the_same_scores_again_and_is_measured_against
 
 def test_each_answer_has_noise_of_its_own_when_the_same_model_is_asked_about_again(monkeypatch):
     material = world().answered_by(RESPONDENTS["sd10"], 5)
-    liked = next(one for one in material.study.pool if 20 < world().person([one], 0)[0, 0] < 80)
+    liked = next(one for one in material.study.pool if 20 < world().true_scores([one])[0, 0] < 80)
     monkeypatch.setattr(rounds_of, "ask", lambda *_arguments, **_options: (liked,) * 8)
     state, _ = protocol.run(material, 8, 5, 24)
     answers = answers_of(state)
     assert answers.designs == (liked,) * 24
-    true = world().person([liked] * 24, 0)
+    true = world().true_scores([liked] * 24)
     assert len(set(answers.scores.tolist())) == 24
     assert answers.scores.tolist() == RESPONDENTS["sd10"].answers(true, 5, 0)[:, 0].tolist()
 
@@ -168,8 +168,8 @@ def test_nothing_but_scores_reaches_the_learner():
     material = world()
     state, curve = protocol.run(material, BATCH, 5, 48)
 
-    def liar(addresses, before):
-        return material.person(addresses, before) if before < 16 else 100.0 - material.person(addresses, before)
+    def liar(addresses, numbers):
+        return np.where(numbers[:, None] < 16, 1.0, -1.0) * (material.person(addresses, numbers) - 50.0) + 50.0
 
     other = replace(material, scores=100.0 - material.scores)
     same, measured = protocol.run(other, BATCH, 5, 48)
@@ -189,3 +189,21 @@ def test_models_count_as_liked_whatever_a_person_who_errs_says():
         truth = score_of(material.study.space.make(asked.designs))[:, 0]
         assert curve.points[-1].liked == (truth > 0.0).sum()
         assert (truth > 0.0).sum() != (asked.scores > 0.0).sum()
+
+
+@pytest.mark.parametrize(("name", "target"), [("changing", [0.0, 1.0]), ("two", [0.5, 0.5])])
+def test_a_person_of_two_tastes_gives_one_score_and_is_measured_against_what_counts(name, target):
+    material = world(2)
+    person = material.answered_by(RESPONDENTS[name], 5)
+    assert person.factors == (name,)
+    assert np.array_equal(person.scores[:, 0], material.scores @ target)
+    state, _ = protocol.run(person, BATCH, 5, 80)
+    (answers,) = state.answers.values()
+    true = material.true_scores(answers.designs)
+    of_last = np.arange(80) % 2 == 1 if name == "two" else np.arange(80) >= CHANGE
+    assert answers.scores.tolist() == np.where(of_last, true[:, 1], true[:, 0]).tolist()
+
+
+def test_a_person_of_two_tastes_needs_a_scenario_of_two():
+    with pytest.raises(UsageError, match="person two has two tastes, and the scenario has one factor"):
+        world().answered_by(RESPONDENTS["two"], 5)

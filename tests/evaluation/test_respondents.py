@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
+from grammarlab.evaluation.respondents import CHANGE, EXACT, RESPONDENTS
 
 NUM = 40_000
+OF_TWO_VOICES = ["changing", "changing_sd10", "two", "two_sd10"]
 SEEDS = st.integers(0, 2**64 - 1)
 
 
@@ -20,7 +21,7 @@ def said(name, score, num=NUM, seed=3, first=0):
 
 
 def test_programs_rely_on_these_names():
-    assert list(RESPONDENTS) == ["exact", "stars", "sd5", "sd10", "sd20", "blunders5", "blunders10"]
+    assert list(RESPONDENTS) == ["exact", "stars", "sd5", "sd10", "sd20", "blunders5", "blunders10", *OF_TWO_VOICES]
     assert all(name == person.name for name, person in RESPONDENTS.items())
     with pytest.raises(FrozenInstanceError):
         EXACT.noise = 1.0  # pyright: ignore[reportAttributeAccessIssue] - that is what is tested
@@ -91,3 +92,15 @@ def test_later_answers_other_seeds_and_other_factors_have_draws_of_their_own(nam
     assert np.array_equal(both[:, 0], one)
     for other in (said(name, 50, first=NUM), said(name, 50, seed=4), both[:, 1]):
         assert abs(np.corrcoef(one, other)[0, 1]) < 4 / np.sqrt(NUM)
+
+
+def test_a_taste_changes_after_some_scores_and_two_people_take_turns():
+    scores = np.array([[10.0, 50.0, 90.0]] * 4)
+    numbers = np.array([CHANGE, 1, CHANGE - 1, 200])
+    said_by = {name: RESPONDENTS[name].spoken(scores, numbers).tolist() for name in ("exact", "changing", "two")}
+    assert said_by["exact"] == scores.tolist()
+    assert said_by["changing"] == [[90.0], [10.0], [10.0], [90.0]]
+    assert said_by["two"] == [[10.0], [90.0], [90.0], [10.0]]
+    assert RESPONDENTS["changing_sd10"].taste(scores).tolist() == [[90.0]] * 4
+    assert RESPONDENTS["two_sd10"].taste(scores).tolist() == [[50.0]] * 4
+    assert RESPONDENTS["sd10"].taste(scores) is scores

@@ -116,8 +116,7 @@ def predict(study: Study[Designs], state: State) -> Predicted:
     scores = product([factor.predicted for factor in factors])
     if scores[possible].any():
         words = words_of(table, scores, pool_designs.weights).displayed(study.space.display_names)
-        knowledge = knowledge_of({name: state.preferences[name] for name in state.liked})
-        return Predicted(factors, scores, shares, replace(words, knowledge=knowledge))
+        return Predicted(factors, scores, shares, replace(words, knowledge=knowledge_of(state)))
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
     finding = (
         "none of the models of the pool is predicted to be liked, so only the order of the predictions is used: score "

@@ -1,22 +1,20 @@
-"""How far scores are explained, in words: what is kept of the original, because no pattern is known yet."""
+"""How far scores are explained, in words: two voices, and what is kept of the original for want of a pattern."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from grammarlab.preference.base import AbstractPreference
+from grammarlab.learning.round import State
 from grammarlab.preference.blended import BlendedPreference
 
 
-def knowledge_of(preferences: Mapping[str, AbstractPreference]) -> tuple[str, ...]:
-    """A sentence for each preference that has no pattern, or not enough scores for one.
-
-    Args:
-        preferences: preferences of factors by name.
-    """
-    blends = [(name, part) for name, part in preferences.items() if isinstance(part, BlendedPreference)]
-    sentences = [(name, _sentence(part)) for name, part in blends]
-    return tuple(f"{name}: {text}" if len(preferences) > 1 else text for name, text in sentences if text)
+def knowledge_of(state: State) -> tuple[str, ...]:
+    """Sentences about the scores of each liked factor: two voices in them, no pattern, or not enough for one."""
+    sentences = list[str]()
+    for name in state.liked:
+        preference, entry = state.preferences[name], state.heard.get(name)
+        of_pattern = _sentence(preference) if isinstance(preference, BlendedPreference) else ""
+        of_voices = "" if entry is None else str(entry)
+        sentences += [f"{name}: {text}" if len(state.liked) > 1 else text for text in (of_voices, of_pattern) if text]
+    return tuple(sentences)
 
 
 def _sentence(preference: BlendedPreference) -> str:

@@ -133,11 +133,10 @@ class _LastUpdate:
         """What is not known yet, and liked and disliked kinds, in words."""
         if product is None:
             return ()
-        knowledge = knowledge_of({name: self._state.preferences[name] for name in self._state.liked})
         weights = self._study.tables(self._state.wide).pool_designs.weights
         scores = np.clip(product.mean[: len(weights)], 0.0, MAX_SCORE).astype(np.float64)
         words = words_of(self._study.table(self._state), scores, weights).displayed(self._study.space.display_names)
-        return (*knowledge, *words.lines)
+        return (*knowledge_of(self._state), *words.lines)
 
     def _set_state(self, state: State, numbers: Mapping[str, int]) -> None:
         self._version += (state.wide, state.columns) != (self._state.wide, self._state.columns)

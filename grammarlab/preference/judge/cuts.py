@@ -1,6 +1,6 @@
 """Divisions of the labels of a node by the values of one column, the best one found exactly.
 
-The labels are in at most `MAX_BINS` bins by the rank of their value, equal values together. A division cuts the bins
+The labels are in a few bins by the rank of their value, equal values together. A division cuts the bins
 into intervals: a bound, a band, one level among others and all levels apart are the same operation. The best one is
 found by dynamic programming over the evidence of all intervals.
 """
@@ -31,15 +31,15 @@ class BinnedColumns:
     """[C] number of bins."""
 
     @classmethod
-    def of(cls, columns: Floats) -> BinnedColumns:
-        """Bins of columns [n, C], with about the same number of labels each if there are more values than bins."""
+    def of(cls, columns: Floats, most: int = MAX_BINS) -> BinnedColumns:
+        """At most so many bins of columns [n, C], of about as many labels each if there are more values."""
         codes, num = ranks_of(columns), len(columns)
-        many = np.flatnonzero(codes.max(axis=1, initial=-1) >= MAX_BINS)
+        many = np.flatnonzero(codes.max(axis=1, initial=-1) >= most)
         if len(many):
             ascending = np.sort(codes[many], axis=1)
             # The number of labels with a smaller value, which is the same for equal values.
             below = np.where(np.diff(ascending, axis=1, prepend=-1) > 0, np.arange(num), 0)
-            bins = np.maximum.accumulate(below, axis=1) * MAX_BINS // num
+            bins = np.maximum.accumulate(below, axis=1) * most // num
             order = np.argsort(codes[many], axis=1, kind="stable")
             binned = np.empty_like(bins)
             np.put_along_axis(binned, order, _steps(bins.T).T, axis=1)

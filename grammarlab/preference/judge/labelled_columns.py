@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.judge.cuts import BinnedColumns
+from grammarlab.preference.judge.cuts import MAX_BINS, BinnedColumns
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
 from grammarlab.preference.person import Person
@@ -40,9 +40,9 @@ class Labels:
     """Evidence of the scores without columns."""
 
     @classmethod
-    def of(cls, values: Floats, prices: Floats, scores: Floats) -> Labels:
-        """Scores [n] with columns [n, F]."""
-        return cls(values, BinnedColumns.of(values), prices, scores, UnexplainedScores.of(scores))
+    def of(cls, values: Floats, prices: Floats, scores: Floats, num_bins: int = MAX_BINS) -> Labels:
+        """Scores [n] with columns [n, F] in at most so many bins."""
+        return cls(values, BinnedColumns.of(values, num_bins), prices, scores, UnexplainedScores.of(scores))
 
     @cached_property
     def every(self) -> Ints:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.judge.cuts import MAX_BINS, BinnedColumns
 
 _NUM_COARSE = 8
 """Number of bins of the screening: enough for a band or a wave, few enough to explain little by chance."""
+_MIN_TOTAL = 1e-9
+"""Sum of squared differences below which scores are equal."""
 
 
 def gains(columns: BinnedColumns, labels: Ints, scores: Floats) -> Floats:
@@ -19,11 +21,29 @@ def gains(columns: BinnedColumns, labels: Ints, scores: Floats) -> Floats:
         labels: [m] indices of the labels that count.
         scores: [n] scores of all labels.
     """
-    codes = columns.codes[:, labels]
-    coarse = np.where(
-        columns.sizes[:, None] > _NUM_COARSE, codes * _NUM_COARSE // np.maximum(columns.sizes[:, None], 1), codes
-    )
-    return explained(coarse, min(_NUM_COARSE, MAX_BINS), scores[labels])
+    return explained(_coarse(columns)[:, labels], min(_NUM_COARSE, MAX_BINS), scores[labels])
+
+
+def gains_of_parts(columns: BinnedColumns, parts: Flags, scores: Floats) -> Floats:
+    """[P, C] the same for parts [P, n] of the labels, all at once; 0 for a part of equal scores."""
+    width, members = min(_NUM_COARSE, MAX_BINS), parts.T.astype(np.float64)
+    in_bin = (_coarse(columns)[:, None, :] == np.arange(width)[:, None]).reshape(-1, len(scores)).astype(np.float64)
+    centred = scores - scores.mean()
+    shape = (len(columns), width, len(parts))
+    number = (in_bin @ members).reshape(shape)
+    sums = (in_bin @ (members * centred[:, None])).reshape(shape)
+    size, all_sums, squares = (part @ members for part in (np.ones(len(scores)), centred, centred**2))
+    correction = all_sums**2 / np.maximum(size, 1.0)
+    total = squares - correction
+    between = (sums**2 / np.maximum(number, 1.0)).sum(axis=1) - correction
+    worth = _gain(between / np.maximum(total, _MIN_TOTAL), (number > 0.0).sum(axis=1), size)
+    return np.where((total > _MIN_TOTAL) & (size >= 2.0), worth, 0.0).T
+
+
+def _coarse(columns: BinnedColumns) -> Ints:
+    """[C, n] codes of few bins."""
+    sizes = columns.sizes[:, None]
+    return np.where(sizes > _NUM_COARSE, columns.codes * _NUM_COARSE // np.maximum(sizes, 1), columns.codes)
 
 
 def explained(codes: Ints, width: int, scores: Floats) -> Floats:
@@ -44,7 +64,12 @@ def explained(codes: Ints, width: int, scores: Floats) -> Floats:
     sums = np.bincount(flat, np.broadcast_to(centred, codes.shape).reshape(-1), num * width).reshape(num, width)
     share = (sums**2 / np.maximum(number, 1)).sum(axis=1) / total
     occupied = (number > 0).sum(axis=1)
-    unexplained = np.maximum(1.0 - share, 1.0 / (m + 1.0) ** 2)
-    return -0.5 * m * np.log(unexplained) - 0.5 * (occupied - 1) * (
-        1.0 + np.log(np.maximum(m / np.maximum(m - occupied, 1), 1))
+    return _gain(share, occupied, m)
+
+
+def _gain(share: Floats, occupied: Ints, num: float | Floats) -> Floats:
+    """Gain of log-likelihood of codes that explain a share of the variance, less what chance gains."""
+    unexplained = np.maximum(1.0 - share, 1.0 / (num + 1.0) ** 2)
+    return -0.5 * num * np.log(unexplained) - 0.5 * (occupied - 1) * (
+        1.0 + np.log(np.maximum(num / np.maximum(num - occupied, 1), 1))
     )

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grammarlab.arrays import Ints
 from grammarlab.preference.judge.labelled_columns import Explanation, Labels
 from grammarlab.preference.judge.score_tree import NODE_PRICE, ScoreTree, TreeGrowth, leaf_of
 from grammarlab.preference.judge.screening import gains
@@ -81,7 +82,7 @@ def search(labels: Labels, persons: Sequence[Person]) -> list[Grown]:
     grown = [item for person in persons for item in _grown(labels, person)]
     tried, best = set(persons), max(grown, key=lambda item: item.total)
     for _ in range(_NUM_PERSONS):
-        likely = _most_likely(labels, best)
+        likely = most_likely(labels, [leaf.labels for leaf in best.tree.leaves()], best.person)
         if likely in tried:
             break
         tried.add(likely)
@@ -96,15 +97,14 @@ def _grown(labels: Labels, person: Person) -> list[Grown]:
     return [Grown(growth.grown(labels.every, root), person) for root in (None, *roots)]
 
 
-def _most_likely(labels: Labels, grown: Grown) -> Person:
-    """The errors with which a tree has the highest total."""
-    leaves = [leaf.labels for leaf in grown.tree.leaves()]
+def most_likely(labels: Labels, leaves: Sequence[Ints], person: Person) -> Person:
+    """The errors with which leaves have the highest total, among them those of a person."""
 
     def total(person: Person) -> float:
         evidence = labels.evidence(person)
         return sum(evidence.of_labels(leaf) for leaf in leaves) - person.price
 
-    return max([grown.person, *PERSONS], key=total)
+    return max([person, *PERSONS], key=total)
 
 
 def _with_smooth_leaves(labels: Labels, grown: Grown) -> BestTree:

@@ -44,7 +44,7 @@ class LabelledSet:
         """
         scenario, space = source.scenario, source.space
         batches = labelled_set(source)
-        scores = [respondent.truth(true_scores(source, designs)) for designs in batches]
+        scores = [respondent.truth(respondent.taste(true_scores(source, designs))) for designs in batches]
         target = np.prod(np.concatenate(scores) / MAX_SCORE, axis=1)
         if scenario.base == "uniform":
             target *= _even_ratio(source, batches)
