@@ -51,7 +51,9 @@ def _material(statements: dict[bytes, list[bytes]]) -> PartMaterial | None:
     if b"d" in statements:
         opacity = statements[b"d"][-1:]
     else:
-        opacity = [str(1.0 - _number(statements.get(b"tr", [b"0"])[-1], 0.0)).encode()]
+        transparency = _number(statements.get(b"tr", [b"0"])[-1], 0.0)
+        # Some programs write the opacity here, and nobody an invisible surface.
+        opacity = [str(1.0 - transparency % 1.0).encode()]
     channels = color_of([*color[:3], *opacity]) if len(color) >= 3 else None
     if channels is None:
         return None

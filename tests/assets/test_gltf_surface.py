@@ -117,6 +117,7 @@ def test_images_are_found_beside_the_file_only(tmp_path, name, found) -> None:
         (b"map_Kd -clamp on -s 1 2 -o 0.5 0 0 -bm 2 a.png\nTr 0.6", "a.png", (1.0, 1.0, 1.0, 0.4)),
         (b"map_Kd -s 1 2 3 4.png", "4.png", (1.0, 1.0, 1.0, 1.0)),
         (b"kd 0 0 1\nD 0.2\nmap_kd -unknown 3 a.png", "-unknown 3 a.png", (0.0, 0.0, 1.0, 0.2)),
+        (b"Kd 1 1 1\nTr 1.000000", "", (1.0, 1.0, 1.0, 1.0)),
         (b"Kd x y z\nd nan\nmap_Kd", None, None),
         (b"Kd 1 1", None, None),
     ],
