@@ -7,8 +7,10 @@ import { inWords, knownOf } from "./known.js";
 /** @typedef {{ clientX: number, clientY: number }} Point on the screen */
 /** @typedef {{ anchor: Element, x: number, y: number }} Held a place within an element, as parts of its size */
 
+const JUDGED = 200; // pixels of a picture from which a model can be judged
+const OVERVIEW = 5; // columns of a grid that is for looking at many at once, however small
 const SMALLEST = 26;
-const LARGEST = 640;
+const LARGEST = 1200;
 const ROOMY = 104; // pixels of a tile from which on numbers fit beside its bars
 const BARS = 12; // pixels that they take below a tile
 const ROOMY_BARS = 27;
@@ -28,6 +30,7 @@ export function makeDisplay(page) {
   const about = element("p", { class: "gl-about" });
   const { pictures } = page;
   let zoom = 1;
+  let columns = 1; // of a grid, as it is shown
   let size = 0;
   let frame = 0;
 
@@ -55,22 +58,31 @@ export function makeDisplay(page) {
     for (let next = list.childElementCount; next < count; next += 1) list.append(cells[next].element);
   }
 
-  /** As large as the room allows, times the zoom. */
+  /**
+   * As large as the room allows, times the zoom. Where all would fit at a size that nobody can judge, a grid has fewer
+   * columns and is longer than the room.
+   */
   function fit() {
-    const { rows, columns } = page.state.layout;
+    const layout = page.state.layout;
     const count = page.state.grids.length;
     // Neither changes with what is in the stage: a scroll bar has its own room in the width, and is part of the height.
     const { clientWidth: width, offsetHeight: height } = stage;
     if (!width) return;
     const stacked = count > 1 && width < NARROW;
-    const across = stacked ? columns : count * columns;
-    const gap = columns > 6 ? 4 : 8;
-    const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
-    const tall = (height - 56) / rows - gap;
+    const gap = layout.columns > 6 ? 4 : 8;
+    const room = stacked ? width - 34 : (width - 34 - (count - 1) * 24) / count;
+    const tall = (height - 56) / layout.rows - gap;
     const bars = page.preferences.bars ? (tall - ROOMY_BARS >= ROOMY ? ROOMY_BARS : BARS) : 0;
     // With larger tiles than that, numbers would need room beside the bars.
     const high = bars === BARS ? Math.min(tall - bars, ROOMY - 1) : tall - bars;
-    const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
+    const wide = room / layout.columns - gap;
+    let fitting = stacked || height < 260 ? wide : Math.min(wide, high);
+    columns = layout.columns;
+    if (fitting < JUDGED && columns < OVERVIEW) {
+      const most = Math.max(Math.floor((room + gap) / (JUDGED + gap)), 2);
+      columns = Math.min(columns, most);
+      fitting = Math.max(Math.min(room / columns - gap, Math.max(JUDGED, height - 56 - ROOMY_BARS)), fitting);
+    }
     size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
     stage.classList.toggle("gl-stacked", stacked);
     stage.classList.toggle("gl-roomy", size >= ROOMY);
@@ -172,6 +184,7 @@ export function makeDisplay(page) {
   return {
     element: stage,
     about,
+    columns: () => columns,
     update,
     drawSoon,
     fit,

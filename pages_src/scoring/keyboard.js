@@ -79,7 +79,7 @@ export function listenToKeys(page, display, panel) {
 
   /** @param {KeyboardEvent} event */
   function move(event) {
-    const to = destination(page, event.key);
+    const to = destination(page, event.key, display.columns());
     if (to === undefined) return false;
     if (event.ctrlKey || event.metaKey) selection.moveTo(to);
     else if (event.shiftKey) selection.rangeTo(to, false);
@@ -110,10 +110,10 @@ export function listenToKeys(page, display, panel) {
  * The position that a key leads to. Grids stand side by side, so right of the first one comes the second.
  * @param {Page} page
  * @param {string} key
+ * @param {number} columns of a grid, as it is shown
  * @returns {number | undefined}
  */
-function destination({ state, selection }, key) {
-  const { columns } = state.layout;
+function destination({ state, selection }, key, columns) {
   let first = 0;
   let index = 0;
   while (index + 1 < state.grids.length && selection.cursor >= first + state.grids[index].models.length) {

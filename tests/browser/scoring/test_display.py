@@ -29,6 +29,16 @@ def test_buttons_zoom_in_and_out_and_show_all_again(towers):
     assert tile_width(towers) == before
 
 
+@pytest.mark.parametrize(("size", "least"), [((1440, 900), 200), ((1100, 800), 150), ((400, 800), 150)])
+def test_pictures_are_large_enough_to_judge_and_none_is_cut_at_a_side(opened, server, size, least):
+    shown = opened(server.address, size=size)
+    boxes = [shown.cell(position).bounding_box() for position in range(shown.cells.count())]
+    stage = shown.page.locator(".gl-stage").bounding_box()
+    assert min(box["width"] for box in boxes) >= least
+    assert min(box["x"] for box in boxes) >= stage["x"]
+    assert max(box["x"] + box["width"] for box in boxes) <= stage["x"] + stage["width"]
+
+
 def test_the_wheel_with_ctrl_zooms_where_the_mouse_is(towers):
     tile = towers.cell(21)
     before = tile.bounding_box()

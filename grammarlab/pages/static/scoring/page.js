@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 736c11f0852dca7d */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 0b21e2417850752e */
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -558,8 +558,10 @@ function bar(name) {
 }
 
 // scoring/display.js
+var JUDGED = 200;
+var OVERVIEW = 5;
 var SMALLEST = 26;
-var LARGEST = 640;
+var LARGEST = 1200;
 var ROOMY = 104;
 var BARS = 12;
 var ROOMY_BARS = 27;
@@ -571,6 +573,7 @@ function makeDisplay(page) {
   const about = element("p", { class: "gl-about" });
   const { pictures } = page;
   let zoom = 1;
+  let columns = 1;
   let size = 0;
   let frame = 0;
   const resizes = new ResizeObserver(() => fit());
@@ -592,18 +595,24 @@ function makeDisplay(page) {
     for (let next = list.childElementCount; next < count; next += 1) list.append(cells[next].element);
   }
   function fit() {
-    const { rows, columns } = page.state.layout;
+    const layout = page.state.layout;
     const count = page.state.grids.length;
     const { clientWidth: width, offsetHeight: height } = stage;
     if (!width) return;
     const stacked = count > 1 && width < NARROW;
-    const across = stacked ? columns : count * columns;
-    const gap = columns > 6 ? 4 : 8;
-    const wide = (width - 34 - (stacked ? 0 : (count - 1) * 24)) / across - gap;
-    const tall = (height - 56) / rows - gap;
+    const gap = layout.columns > 6 ? 4 : 8;
+    const room = stacked ? width - 34 : (width - 34 - (count - 1) * 24) / count;
+    const tall = (height - 56) / layout.rows - gap;
     const bars = page.preferences.bars ? tall - ROOMY_BARS >= ROOMY ? ROOMY_BARS : BARS : 0;
     const high = bars === BARS ? Math.min(tall - bars, ROOMY - 1) : tall - bars;
-    const fitting = stacked || height < 260 ? wide : Math.min(wide, high);
+    const wide = room / layout.columns - gap;
+    let fitting = stacked || height < 260 ? wide : Math.min(wide, high);
+    columns = layout.columns;
+    if (fitting < JUDGED && columns < OVERVIEW) {
+      const most = Math.max(Math.floor((room + gap) / (JUDGED + gap)), 2);
+      columns = Math.min(columns, most);
+      fitting = Math.max(Math.min(room / columns - gap, Math.max(JUDGED, height - 56 - ROOMY_BARS)), fitting);
+    }
     size = Math.min(Math.max(Math.floor(fitting * zoom), SMALLEST), LARGEST);
     stage.classList.toggle("gl-stacked", stacked);
     stage.classList.toggle("gl-roomy", size >= ROOMY);
@@ -683,6 +692,7 @@ function makeDisplay(page) {
   return {
     element: stage,
     about,
+    columns: () => columns,
     update,
     drawSoon,
     fit,
@@ -1001,7 +1011,7 @@ function listenToKeys(page, display, panel) {
     return true;
   }
   function move(event) {
-    const to = destination(page, event.key);
+    const to = destination(page, event.key, display.columns());
     if (to === void 0) return false;
     if (event.ctrlKey || event.metaKey) selection.moveTo(to);
     else if (event.shiftKey) selection.rangeTo(to, false);
@@ -1022,8 +1032,7 @@ function listenToKeys(page, display, panel) {
   }
   return { handOn };
 }
-function destination({ state, selection }, key) {
-  const { columns } = state.layout;
+function destination({ state, selection }, key, columns) {
   let first = 0;
   let index = 0;
   while (index + 1 < state.grids.length && selection.cursor >= first + state.grids[index].models.length) {
