@@ -13,6 +13,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from itertools import takewhile
 from pathlib import PurePosixPath
 
@@ -91,16 +92,18 @@ class DisplayNames:
         identifiers: dict[str, None] = {}
         branches: dict[tuple[str, str], str] = {}
         values: dict[tuple[str, int], str] = {}
-        for definition in walk(tree):
-            if isinstance(definition, Attribute | Function | Rule):
-                identifiers[definition.name] = None
-                given |= _given(definition.name, definition.annotations)
+        definitions = [node for node in walk(tree) if isinstance(node, Attribute | Function | Rule)]
+        attributes = frozenset(node.name for node in definitions if not isinstance(node, Rule))
+        for definition in definitions:
+            identifiers[definition.name] = None
+            given |= _given(definition.name, definition.annotations)
             if isinstance(definition, Rule):
                 identifiers |= dict.fromkeys(_successors(definition))
-                branches |= {(definition.name, key): word for key, word in _branch_words(definition.body)}
-            elif isinstance(definition, Attribute):
-                texts = [leaf.value for leaf in alternatives(definition.value) if isinstance(leaf, String)]
-                values |= {(definition.name, index): word for index, word in enumerate(_distinct(texts)) if word}
+                branches |= {(definition.name, key): word for key, word in _branch_words(definition.body, attributes)}
+            elif isinstance(definition, Attribute) and isinstance(definition.value, Stochastic):
+                texts = [branch.value for branch in definition.value.branches if isinstance(branch, String)]
+                words = _distinct(texts) if len(texts) == len(definition.value.branches) else []
+                values |= {(definition.name, index): word for index, word in enumerate(words) if word}
         split = {name: _split(name.removesuffix(".").rpartition(".")[2]) for name in identifiers}
         counts = Counter(split.values())
         whole = {name: words if counts[words] == 1 else _qualified(name, words) for name, words in split.items()}
@@ -188,15 +191,17 @@ def _successors(rule: Rule) -> Iterator[str]:
     return (node.name for node in walk(rule.body) if isinstance(node, Invoke))
 
 
-def _branch_words(body: Choice) -> Iterator[tuple[str, str]]:
+def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[str, str]]:
     """Line, and percentage if no other branch has it, of each branch of a rule that alone says something: a word."""
     leaves = list(alternatives(body))
+    if len(leaves) < 2:
+        return
     words = [""] * len(leaves)
-    for sayings in (_texts, _calls, _attributes):
+    for sayings in (_texts, _calls, partial(_attributes, attributes)):
         said = [list(dict.fromkeys(sayings(leaf))) for leaf in leaves]
         counts = Counter(saying for each in said for saying in each)
         own = [[saying for saying in each if counts[saying] == 1] for each in said]
-        new = _distinct([_common(each) if sayings is _attributes else "".join(each[:1]) for each in own])
+        new = _distinct([_common(each) if isinstance(sayings, partial) else "".join(each[:1]) for each in own])
         words = [word or other for word, other in zip(words, new, strict=True)]
     keys = [f"line {leaf.location.line}" for leaf in leaves]
     if isinstance(body, Stochastic) and len(body.branches) == len(leaves):
@@ -221,9 +226,9 @@ def _calls(node: Node) -> Iterator[str]:
                 yield " ".join([_split(part.name), *numbers])
 
 
-def _attributes(node: Node) -> Iterator[str]:
-    """Attributes that expressions read."""
-    return (_split(part.identifier) for part in walk(node) if isinstance(part, Name) and "." not in part.identifier)
+def _attributes(attributes: frozenset[str], node: Node) -> Iterator[str]:
+    """Those of the attributes that expressions read."""
+    return (_split(part.identifier) for part in walk(node) if isinstance(part, Name) and part.identifier in attributes)
 
 
 def _common(names: list[str]) -> str:
