@@ -17,10 +17,13 @@ from grammarlab.derivation.state.mesh_table import right_handed, upright
 from grammarlab.derivation.state.shapes import Shapes, Value, kind_of
 from grammarlab.derivation.state.surroundings import Surroundings, world_meshes
 from grammarlab.errors import DerivationError
+from grammarlab.geometry.meshes.edges import is_closed_surface
 from grammarlab.geometry.meshes.measure import areas
 from grammarlab.language.syntax.keywords import KEYWORDS
 
 if TYPE_CHECKING:  # imported by the first query, since few grammars have any
+    from shapely import STRtree
+
     from grammarlab.geometry.meshes.contact import Body
 
 _TARGETS = KEYWORDS["target"]
@@ -41,8 +44,13 @@ class _Query(NamedTuple):
     """Rows of the shapes that it may see."""
 
 
-def _occlusion(compare: Callable[[Body, Body], bool]) -> Builtin:
-    """``overlaps(target, label)`` and similar: whether the relation holds to a closed shape that is no relative."""
+def _occlusion(compare: Callable[[Body, Body], bool], needs_volume: bool) -> Builtin:
+    """``overlaps(target, label)`` and similar: whether the relation holds to a closed shape that is no relative.
+
+    Args:
+        compare: the relation of a body to a closed one.
+        needs_volume: whether a closed body must have a volume in common with the other.
+    """
 
     def evaluate(call: FunctionCall) -> Value:
         surroundings = call.workspace.surroundings
@@ -56,10 +64,13 @@ def _occlusion(compare: Callable[[Body, Body], bool]) -> Builtin:
         low, high = meshes.bounds()
         lineage = call.workspace.recorder.lineage
         others_low, others_high = surroundings.bounds
+        is_solid = is_closed_surface(meshes) & needs_volume
+        near = _Nearby(others_low, others_high, surroundings.is_closed, CONTACT)
         for query in _queries(call, surroundings, is_near=True):
-            rows = query.rows[surroundings.is_closed[query.rows]]
-            gap = np.maximum(low[query.row] - others_high[rows], others_low[rows] - high[query.row])
-            rows = rows[(gap <= CONTACT).all(axis=1)]
+            rows = near.rows(query.rows, low[query.row], high[query.row])
+            if is_solid[query.row]:
+                common = np.minimum(high[query.row], others_high[rows]) - np.maximum(low[query.row], others_low[rows])
+                rows = rows[(common > CONTACT).all(axis=1)]
             if len(rows) and lineage is not None:
                 node = call.shapes.node[query.row]
                 rows = rows[surroundings.unrelated(rows, int(lineage.nearest[node]), bool(lineage.is_same[node]))]
@@ -71,6 +82,30 @@ def _occlusion(compare: Callable[[Body, Body], bool]) -> Builtin:
         return result
 
     return Builtin(evaluate, (0, 2), keywords=_TARGETS)
+
+
+class _Nearby:
+    """Closed shapes whose bounding boxes meet another one."""
+
+    def __init__(self, low: Floats, high: Floats, is_closed: NDArray[np.bool_], reach: float) -> None:
+        self._low, self._high, self._is_closed, self._reach = low, high, is_closed, reach
+        self._trees: dict[int, tuple[STRtree, NDArray[np.int64]]] = {}
+
+    def rows(self, visible: NDArray[np.int64], low: Floats, high: Floats) -> NDArray[np.int64]:
+        """Those of the visible rows whose boxes meet the box from ``low`` to ``high``, ascending."""
+        from shapely import STRtree, box  # noqa: PLC0415
+
+        # Many shapes ask about the same rows, which are then the same array.
+        if id(visible) not in self._trees:
+            closed = visible[self._is_closed[visible]]
+            boxes = box(*self._low[closed][:, [0, 2]].T, *self._high[closed][:, [0, 2]].T)
+            self._trees[id(visible)] = STRtree(boxes), closed
+        tree, closed = self._trees[id(visible)]
+        reach = self._reach
+        meets = tree.query(box(low[0] - reach, low[2] - reach, high[0] + reach, high[2] + reach))
+        rows = np.sort(closed[meets])
+        gap = np.maximum(low - self._high[rows], self._low[rows] - high)
+        return rows[(gap <= reach).all(axis=1)]
 
 
 def _minimum_distance(call: FunctionCall) -> Value:
@@ -174,8 +209,8 @@ def _count_pairs(call: FunctionCall, count: int) -> None:
 BUILTINS: dict[str, Builtin] = {
     "contextCompare": Builtin(_compare, (3, 3), keywords=_TARGETS | KEYWORDS["comparison"]),
     "contextCount": Builtin(_count, (2, 2), keywords=_TARGETS),
-    "inside": _occlusion(lambda body, other: body.is_inside(other)),
+    "inside": _occlusion(lambda body, other: body.is_inside(other), needs_volume=True),
     "minimumDistance": Builtin(_minimum_distance, (2, 2), keywords=_TARGETS),
-    "overlaps": _occlusion(lambda body, other: body.overlaps(other)),
-    "touches": _occlusion(lambda body, other: body.touches(other)),
+    "overlaps": _occlusion(lambda body, other: body.overlaps(other), needs_volume=True),
+    "touches": _occlusion(lambda body, other: body.touches(other), needs_volume=False),
 }

@@ -79,8 +79,8 @@ class MeshTable:
             ids = self._with_boxes(ids)
         batch = np.searchsorted(self._starts, ids, side="right") - 1
         touched = np.unique(batch)
-        if len(touched) == 1:
-            return self._from_batch(int(touched[0]), ids)
+        if len(touched) <= 1:
+            return self._from_batch(int(touched[0]) if len(touched) else 0, ids)
         rows = [np.flatnonzero(batch == b) for b in touched]
         parts = [self._from_batch(int(b), ids[r]) for b, r in zip(touched, rows, strict=True)]
         return Meshes.concatenate(parts).take(np.argsort(np.concatenate(rows)))

@@ -76,6 +76,9 @@ class Body:
         if other.solid is None or not self._boxes_meet(other):
             return False
         if self.solid is not None:
+            common = np.minimum(self.high, other.high) - np.maximum(self.low, other.low)
+            if (common <= CONTACT).any():
+                return False
             return (self.solid ^ other.solid).volume() > _skin(min(self.area, other.area))
         return any((face.section ^ face.above(other) ^ face.below(other)).area() > face.skin for face in self._faces)
 

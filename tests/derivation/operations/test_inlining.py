@@ -118,3 +118,9 @@ def test_a_model_with_inlined_chance_does_not_depend_on_its_batch():
 def test_rules_that_inline_themselves_end():
     with pytest.raises(BudgetError, match="contain each other"):
         derive(Grammar.parse("Lot --> inline Lot A"), 1, 1)
+
+
+@pytest.mark.parametrize("body", ["union { NIL | NIL }", "subtract { NIL | NIL }", "inline { NIL }"])
+def test_nothing_is_left_of_nothing(body):
+    forest = derive(Grammar.parse(f"Lot --> {body} A"), 2, 1)
+    assert len(forest.leaves) == 0
