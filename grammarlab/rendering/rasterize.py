@@ -64,8 +64,9 @@ class OpenGLRenderer(AbstractRenderer):
         behind = paper(options, 0, height)
         if len(batch.triangles) == 0:
             return develop(pixels(behind, options))
-        if has_holes(batch):
-            # OpenGL's buffers have no pictures, and a rectangle with a picture of a tree is no tree.
+        has_images = batch.coordinates is None and bool(batch.materials.pictures)
+        if has_images or has_holes(batch):
+            # OpenGL's buffers have no pictures: a wall would be white, and a card with a picture of a tree no tree.
             return RaycastRenderer().render(batch, camera, options)
         shot = take(batch, camera, options, for_rays=False)
         opaque = shot.model.opacity[batch.group_material] >= SEE_THROUGH

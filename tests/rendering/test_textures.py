@@ -15,6 +15,7 @@ from grammarlab.rendering.camera import View, frame
 from grammarlab.rendering.light.look import Look
 from grammarlab.rendering.light.surfaces import prepare
 from grammarlab.rendering.light.textures import has_holes
+from grammarlab.rendering.rasterize import OpenGLRenderer
 from grammarlab.rendering.raycast import RaycastRenderer
 from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.scene import TriangleBatch
@@ -155,3 +156,12 @@ def test_a_cut_out_has_the_shape_of_the_model():
 def test_broken_pictures_are_refused():
     with pytest.raises(UsageError, match="cannot be drawn"):
         render(panel(b"\x89PNG\r\n\x1a\n"))
+
+
+def test_opengl_leaves_surfaces_with_images_to_ray_casting():
+    wall = replace(panel(png([[RED, GREEN], [BLUE, RED]]), cut_out=False), coordinates=None)
+    camera = frame(wall.vertices, 1.0, FRONT)
+    cast = RaycastRenderer().render(wall, camera, PLAIN)
+    assert np.array_equal(OpenGLRenderer("none").render(wall, camera, PLAIN), cast)
+    middle = cast[8:24, 8:24].reshape(-1, 3).astype(int)
+    assert np.unique(np.argmax(middle, axis=1)).tolist() == [0, 1, 2]
