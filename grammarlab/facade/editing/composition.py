@@ -90,7 +90,8 @@ class _Composer:
         if not low < cut < high:
             return False
         if self.is_soft(node):
-            return not low < other < high
+            # What is longer than the repeated part, as a cornice, goes on behind the cut.
+            return not low < other < high and high - low < abs(other - cut)
         if self.axis[node] == LEAF or node in self.is_solid:
             return self._crosses_opening(node, cut)
         return any(self._is_rigid(child, cut) for child in self.facade.children[node].tolist())
