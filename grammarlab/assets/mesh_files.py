@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.assets.image_paths import INSIDE, image_beside
-from grammarlab.assets.mesh_parts import MeshPart, Neighbours, PartMaterial, as_one_mesh, welded
+from grammarlab.assets.mesh_parts import MeshPart, Neighbours, PartMaterial, as_one_mesh, require_few_materials, welded
 from grammarlab.assets.srgb import srgb_from_linear
 from grammarlab.errors import AssetError, MissingAssetError, UnreadableAssetError
 from grammarlab.files import read_bounded
@@ -246,6 +246,7 @@ def _read(file: Path, name: str, root: Path) -> list[MeshPart]:
     content = _content(file, name, MAX_BYTES)
     try:
         parts = [part for part in read_parts(content, file.suffix.lower(), neighbours, MAX_FACES) if len(part.counts)]
+        require_few_materials(len({part.material for part in parts}))
     except AssetError as error:
         raise UnreadableAssetError(f'the asset "{name}" cannot be read: {error}') from error
     if not parts:

@@ -25,6 +25,8 @@ Neighbours: TypeAlias = Callable[[str], bytes]
 
 FARTHEST = 1e12
 """Largest coordinate that is read, in the units of the file: squares and cubes of larger ones lose their digits."""
+MOST_MATERIALS = 1_000
+"""Largest number of different materials of one file: each costs a pass over the faces, and a look for its image."""
 MOST_WORK = 10**9
 """Bound on the sum of squared numbers of corners of concave faces, to which the time of ear clipping is proportional
 at worst."""
@@ -152,6 +154,16 @@ class MeshPart:
     def _unshared(self) -> Meshes:
         """Each face as a mesh, near the origin: products of national coordinates leave no digits for centimetres."""
         return Meshes.from_polygons((self.points - self.points.mean(axis=0))[self.corners], self.counts)
+
+
+def require_few_materials(count: int) -> None:
+    """Refuse a file with too many different materials.
+
+    Raises:
+        AssetError: If there are more than `MOST_MATERIALS`.
+    """
+    if count > MOST_MATERIALS:
+        raise AssetError(f"it has {count:,} different materials; at most {MOST_MATERIALS:,} are read")
 
 
 def joined(parts: Sequence[MeshPart]) -> tuple[Floats, Indices]:

@@ -12,7 +12,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from grammarlab.arrays import Floats, row_of_value
-from grammarlab.assets.mesh_parts import FARTHEST, Indices, MeshPart, Neighbours, PartMaterial
+from grammarlab.assets.mesh_parts import (
+    FARTHEST,
+    Indices,
+    MeshPart,
+    Neighbours,
+    PartMaterial,
+    require_few_materials,
+)
 from grammarlab.assets.mtl_reader import read_mtl
 from grammarlab.errors import AssetError
 
@@ -216,10 +223,11 @@ def _by_material(
     """A part for each material, in the order of their first faces.
 
     Raises:
-        AssetError: If concave faces have too many corners.
+        AssetError: If there are too many materials, or concave faces have too many corners.
     """
     materials = _materials(text, neighbours)
     numbers = {material: number for number, material in enumerate(dict.fromkeys(materials))}
+    require_few_materials(len(numbers))
     number = np.array([numbers[material] for material in materials])
     normals, coordinates = _corner_values(text, b"vn"), _corner_values(text, b"vt")
     parts = []

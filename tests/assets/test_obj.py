@@ -163,3 +163,11 @@ def test_an_asset_keeps_its_polygons_as_they_are(tmp_path):
 def test_the_second_half_of_a_quadrilateral_begins_with_its_third_corner():
     (part,) = read_obj(b"v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 1 2 0\nf 1 2 3 4\nf 4 3 5\n", lambda name: b"")
     assert part.triangles.tolist() == [[0, 1, 2], [2, 3, 0], [3, 2, 4]]
+
+
+def test_a_file_of_very_many_materials_is_refused_at_once():
+    names = [b"m%d" % number for number in range(20_000)]
+    library = b"\n".join(b"newmtl %s\nmap_Kd %s.png" % (name, name) for name in names)
+    faces = b"\n".join(b"usemtl %s\nf 1 2 3" % name for name in names)
+    with pytest.raises(AssetError, match="20,000 different materials"):
+        read_obj(b"mtllib a.mtl\n" + SQUARE + faces, {"a.mtl": library}.__getitem__)
