@@ -1,4 +1,4 @@
-"""Columns composed of others that the scores need: candidates of the language of tastes, and votes of flags.
+"""Columns composed of others that the scores need: candidates of the language of tastes, votes and weighted sums.
 
 They are a function of the scored designs and their scores only, independent of their order.
 """
@@ -17,6 +17,7 @@ from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.judge.cuts import ranks_of
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import Vote
+from grammarlab.preference.judge.weighted_sums import WeightedSum
 
 
 def composed_columns(
@@ -36,9 +37,11 @@ def composed_columns(
     new = np.flatnonzero(~_same(candidates.values, known))
     composed, prices = candidates.values[:, new], candidates.prices[new]
     flags, of_flags = _flags(known, table.features)
-    verdict = judged(_varying(known), composed, prices, flags, scores)
+    measures, of_measures = _measures(known, table.features)
+    verdict = judged(_varying(known), composed, prices, flags, measures, scores)
     found = [candidates.makers[new[index]]() for index in verdict.accepted]
     found += [_formula(vote, of_flags) for vote in verdict.votes]
+    found += [_weighed(some, of_measures) for some in verdict.sums]
     return dict(zip(found, verdict.prices, strict=True))
 
 
@@ -69,6 +72,23 @@ def _flags(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Ato
     flags = [(index, features[index]) for index in indices[np.sort(first)].tolist()]
     readable = [(index, feature) for index, feature in flags if isinstance(feature, Atom | Formula)]
     return known[:, [index for index, _ in readable]], [feature for _, feature in readable]
+
+
+def _measures(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Atom | Formula]]:
+    """The known columns that vary and that formulas can read."""
+    varying = np.flatnonzero(np.ptp(known, axis=0) > 0.0).tolist()
+    readable = [(index, feature) for index in varying if isinstance(feature := features[index], Atom | Formula)]
+    return known[:, [index for index, _ in readable]], [feature for _, feature in readable]
+
+
+def _weighed(some: WeightedSum, features: Sequence[Atom | Formula]) -> Atom | Formula:
+    first, *others = some.columns
+    total = features[first]
+    for column, weight in zip(others, some.weights[1:], strict=True):
+        size = abs(weight)
+        part = features[column] if size == 1.0 else Formula.of("*", size, features[column])
+        total = Formula.of("+" if weight > 0.0 else "-", total, part)
+    return total
 
 
 def _formula(vote: Vote, features: Sequence[Atom | Formula]) -> Atom | Formula:

@@ -104,7 +104,7 @@ def remaining_divergence(
 def draws(preference: AbstractPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats | None:
     """[num, m] scores of rows, 0 to 100, each row one function; None for preferences without a posterior.
 
-    A blend draws from its cells and from its process by their shares, a product from each of its factors.
+    A blend draws from its cells, its process and its lines by their shares, a product from each of its factors.
 
     Args:
         preference: the preference.
@@ -119,11 +119,13 @@ def draws(preference: AbstractPreference, rows: Floats, num: int, randomness: np
     if isinstance(preference, PartitionPreference):
         return _of_cells(preference, rows, num, randomness)
     if isinstance(preference, BlendedPreference):
-        by_process = round(preference.share * num)
+        by_line = round(preference.line_share * num)
+        by_process = round(preference.share * (num - by_line))
         functions = np.concatenate(
             [
                 _of_process(preference, rows, by_process, randomness),
-                _of_cells(preference.partition, rows, num - by_process, randomness),
+                _of_cells(preference.partition, rows, num - by_line - by_process, randomness),
+                _of_lines(preference, rows, by_line, randomness),
             ]
         )
         # Factors are independent: one may draw from cells and another from a process.
@@ -148,6 +150,12 @@ def _of_process(preference: BlendedPreference, rows: Floats, num: int, randomnes
     length, direction = np.linalg.eigh(covariance)
     away = randomness.normal(size=(num, len(rows))) @ (direction * np.sqrt(np.maximum(length, 0.0))).T
     return value_of(mean + away, preference.noise, preference.blunders)
+
+
+def _of_lines(preference: BlendedPreference, rows: Floats, num: int, randomness: np.random.Generator) -> Floats:
+    if preference.line is None or not num:
+        return np.zeros((0, len(rows)))
+    return preference.line.draws(rows, num, randomness)
 
 
 def _held_out_divergence(

@@ -1,6 +1,7 @@
-"""The default preference: cells that pool their scores, Gaussian processes, and what neither of them explains.
+"""The default preference: cells that pool their scores, Gaussian processes, lines of points, and what none explains.
 
-Cells (`grammarlab.preference.cells.partition`) and a process (`grammarlab.preference.processes.grouped`) have shares by
+Cells (`grammarlab.preference.cells.partition`), a process (`grammarlab.preference.processes.grouped`) and lines
+(`grammarlab.preference.lines.line_preference`) have shares by
 held-out scores (`grammarlab.preference.held_out_share`), as far as each of them is believed
 (`grammarlab.preference.belief`). The rest is unexplained: there, all designs are liked equally, which keeps the grammar
 as it was. So a preference from scores without a pattern, or from too few, is no preference.
@@ -21,9 +22,11 @@ from grammarlab.preference.belief import SURE, belief, believed, process_gain
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import level_of
-from grammarlab.preference.held_out_share import MAX_HELD_OUT, held_out
+from grammarlab.preference.held_out_share import MAX_HELD_OUT, Fitted, held_out
 from grammarlab.preference.judge import judge
 from grammarlab.preference.judge.judged_labels import selected
+from grammarlab.preference.lines import line_preference
+from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.person import NOISES, Person, value_of
 from grammarlab.preference.processes import grouped
@@ -47,10 +50,10 @@ scores; both miss noise clipped at 0."""
 class _Levels(NamedTuple):
     """Mean values of the parts over designs with a density, and how they are mixed."""
 
-    levels: tuple[float, float, float]
-    """Mean value of the designs by the process, by cells, and if nothing is explained, in points."""
+    levels: tuple[float, ...]
+    """Mean value of the designs by the process, by cells, by lines, and if nothing is explained, in points."""
     share: float
-    """Share of the process in what is explained, 0 to 1."""
+    """Share of the process beside cells, 0 to 1."""
     scale: float = 1.0
     """Predicted value of a design of mean density, in points; it keeps the highest value of the designs."""
 
@@ -62,9 +65,13 @@ class BlendedPreference(AbstractPreference):
     process: GroupedPreference
     partition: PartitionPreference
     share: float
-    """Share of the process in what is explained, 0 to 1; the rest is the partition's."""
+    """Share of the process beside cells, 0 to 1."""
     flat: Unexplained
     """The hypothesis that nothing is explained."""
+    line: LinePreference | None = None
+    """Lines of points; None if labels are not scores."""
+    line_share: float = 0.0
+    """Share of lines in what is explained, 0 to 1; the rest is that of the process and cells."""
     unexplained: float = 0.0
     """Probability that no pattern is known yet, 0 to 1: the share of the grammar that is kept."""
     held_out_error: float = 0.0
@@ -137,8 +144,8 @@ class BlendedPreference(AbstractPreference):
         # By number: two groups may have the same name.
         numbers = [str(number) for number in range(len(group_names))]
         # What is unexplained depends on no group.
-        for share, preference in zip(self._shares(self.share), (self.process, self.partition), strict=False):
-            for entry in preference.explain(numbers) if share > 0.0 else ():
+        for share, preference in zip(self._shares(self.share), (self.process, self.partition, self.line), strict=False):
+            for entry in preference.explain(numbers) if preference is not None and share > 0.0 else ():
                 total[int(entry.name)] += share * entry.share
         shares = zip(group_names, total.tolist(), strict=True)
         entries = [Relevance(name, share, level_of(share)) for name, share in shares]
@@ -157,8 +164,8 @@ class BlendedPreference(AbstractPreference):
         table, masses = rows_to_predict(rows, self.num_columns), weights / weights.sum()
         mixed = replace(self, partition=self.partition.for_density(table, weights), density=None)
         values, parts = mixed.predict(table).mean, mixed._parts(table)
-        process, cells, flat = (float(masses @ np.clip(part.mean, 0.0, MAX_SCORE)) for part in parts)
-        levels = _Levels((process, cells, flat), self._damped(process, cells, mixed.partition))
+        level = tuple(float(masses @ np.clip(part.mean, 0.0, MAX_SCORE)) for part in parts)
+        levels = _Levels(level, self._damped(level[0], level[1], mixed.partition))
         highest = float(mixed._density(parts, levels).max())
         return replace(
             mixed,
@@ -180,20 +187,22 @@ class BlendedPreference(AbstractPreference):
         damping = ratio**_RATIO_POWER
         return self.share * damping / (self.share * damping + 1.0 - self.share) if self.share < 1.0 else 1.0
 
-    def _shares(self, share: float) -> tuple[float, float, float]:
-        """Shares of the process, of cells, and of what is unexplained; the sum is 1.
+    def _shares(self, share: float) -> tuple[float, float, float, float]:
+        """Shares of the process, of cells, of lines, and of what is unexplained; the sum is 1.
 
         Args:
-            share: share of the process in what is explained.
+            share: share of the process beside cells.
         """
         explained = 1.0 - self.unexplained
-        return explained * share, explained * (1.0 - share), self.unexplained
+        others = explained * (1.0 - self.line_share)
+        return others * share, others * (1.0 - share), explained * self.line_share, self.unexplained
 
-    def _parts(self, table: Floats) -> tuple[Prediction, Prediction, Prediction]:
-        """Predictions of the process, of cells, and of nothing explained."""
+    def _parts(self, table: Floats) -> tuple[Prediction, ...]:
+        """Predictions of the process, of cells, of lines, and of nothing explained."""
         same = np.ones(len(table))
         flat = Prediction(self.flat.level * same, self.flat.sd * same)
-        return self.predict_values(table), self.partition.predict(table), flat
+        by_line = flat if self.line is None else self.line.predict(table)
+        return self.predict_values(table), self.partition.predict(table), by_line, flat
 
     def _density(self, parts: Sequence[Prediction], density: _Levels) -> Floats:
         """[m] the mixture of the parts as densities; one that likes nothing leaves the density of the designs."""
@@ -234,9 +243,17 @@ def fit(
     starts = NUM_FEWER_STARTS if len(values) > MAX_HELD_OUT else None
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
     flat = _unexplained(table, cells, seed)
-    cells_belief, process_belief = belief(cells.log_evidence - flat.log_evidence, len(values)), 1.0
+    chosen, likely = selected(values), np.ones(len(numbers)) if priors is None else np.asarray(priors, np.float64)
+    line = line_preference.fit(table[chosen], values[chosen], numbers, likely)
+    if len(chosen) == len(cells.cells.scores):
+        beside = flat
+    else:
+        beside = unexplained(values[chosen], folds_of(table[chosen], seed), cells.cells.grid)
+    cells_gain, line_gain = cells.log_evidence - flat.log_evidence, line.log_evidence - beside.log_evidence
+    cells_belief, process_belief = belief(cells_gain, len(values)), 1.0
+    # A line without columns explains nothing.
+    line_belief = belief(line_gain, len(values)) if line.columns else 0.0
     if cells_belief < SURE:
-        chosen, likely = selected(values), np.ones(len(numbers)) if priors is None else np.asarray(priors, np.float64)
         cells_belief = max(cells_belief, belief(judge.gain(table[chosen], likely, values[chosen]), len(values)))
     # A process is not fitted again and again only to be believed as well.
     if cells_belief < SURE:
@@ -245,20 +262,27 @@ def fit(
     if len(values) < MIN_LABELS:
         share, rest = believed(1.0, process_belief, cells_belief)
         return BlendedPreference(process=process, partition=cells, share=share, flat=flat, unexplained=rest)
-    judged = held_out(table, values, drawn, seed, process, cells)
+    parts = Fitted(process, cells, line)
+    judged = held_out(table, values, drawn, seed, parts, line_gain - cells_gain)
     share, rest = believed(judged.share, process_belief, cells_belief)
-    return BlendedPreference(
-        process=process,
-        partition=cells,
-        share=share,
-        flat=flat,
-        unexplained=rest,
+    line_share, rest = believed(judged.line_share, line_belief, 1.0 - rest)
+
+    def blend(parts: Fitted) -> BlendedPreference:
+        return BlendedPreference(
+            process=parts.process,
+            partition=parts.cells,
+            share=share,
+            flat=flat,
+            line=parts.line,
+            line_share=line_share,
+            unexplained=rest,
+        )
+
+    return replace(
+        blend(parts),
         held_out_error=float(np.median(np.abs(judged.errors))) * _SD_PER_MEDIAN,
         explained_variance=judged.explained_variance,
-        sketches=tuple(
-            BlendedPreference(process=part, partition=some_cells, share=share, flat=flat, unexplained=rest)
-            for part, some_cells in judged.sketches
-        ),
+        sketches=tuple(blend(parts) for parts in judged.sketches),
     )
 
 

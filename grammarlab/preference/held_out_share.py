@@ -1,8 +1,9 @@
-"""Share of a process beside cells, by the likelihood of held-out scores.
+"""Shares of a process beside cells, and of lines beside both, by the likelihood of held-out scores.
 
 Cells (`grammarlab.preference.cells.partition`) are better than processes if a person has few values and makes errors,
 processes (`grammarlab.preference.processes.grouped`) are better than cells if many parts or draws add up, or scores are
-exact. Both keep their structure where scores are held out, so that both are about as optimistic.
+exact. Lines (`grammarlab.preference.lines`) are better than both if points of a few parts add up. All keep their
+structure where scores are held out, so that they are about as optimistic.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from threadpoolctl import threadpool_limits
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.cells.partition import PartitionPreference
+from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import observe
 from grammarlab.preference.person import MODEL_NOISES, START_BLUNDERS, expected_score
 from grammarlab.preference.processes.grouped import GroupedPreference
@@ -24,6 +26,12 @@ PROCESS_SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
 """Candidate shares of the process."""
 _ODDS_OF_CELLS = 20.0
 """Prior odds of cells alone against any other share."""
+_ODDS_OF_OTHERS = 5.0
+"""Prior odds of no lines against any other share of them."""
+_EVIDENCE_POWER = 0.5
+"""Power of the evidence of lines on that of cells: each is that of the best explanation, of many."""
+_MAX_LOG_ODDS = 100.0
+"""Largest log-odds that are not infinite."""
 _ODDS_OF_BOXES = 1e4
 """The same if boxes explain the scores: most questions were about what boxes dispute, where they know least."""
 _MISSED_BY_BOXES = 0.1
@@ -45,16 +53,26 @@ Sketch = tuple[GroupedPreference, PartitionPreference]
 """Both kinds of preference, fitted quickly to a part of the labels."""
 
 
+class Fitted(NamedTuple):
+    """All kinds of preference, fitted to the same labels."""
+
+    process: GroupedPreference
+    cells: PartitionPreference
+    line: LinePreference
+
+
 class HeldOut(NamedTuple):
     """What held-out scores say."""
 
     share: float
-    """Share of the process, 0 to 1."""
+    """Share of the process beside cells, 0 to 1."""
+    line_share: float
+    """Share of lines beside both, 0 to 1."""
     errors: Floats
-    """[n] predictions of held-out scores with this share, minus the scores."""
+    """[n] predictions of held-out scores with these shares, minus the scores."""
     scores: Floats
     """[n] these scores."""
-    sketches: tuple[Sketch, ...]
+    sketches: tuple[Fitted, ...]
     """Fits without the held-out scores."""
 
     @property
@@ -64,39 +82,47 @@ class HeldOut(NamedTuple):
         return max(1.0 - float(np.mean(self.errors**2)) / variance, 0.0) if variance > 0.0 else 0.0
 
 
-def held_out(
-    rows: Floats, scores: Floats, continuous: Flags, seed: int, process: GroupedPreference, cells: PartitionPreference
-) -> HeldOut:
-    """Predictions of held-out scores by both parts, and the share of the process that explains these best.
+def held_out(rows: Floats, scores: Floats, continuous: Flags, seed: int, parts: Fitted, advantage: float) -> HeldOut:
+    """Predictions of held-out scores by all parts, and the shares that explain these best.
 
     Args:
         rows: [n, F] rows of the labels.
         scores: [n] 0-100.
         continuous: [F] whether columns are continuous instead of counts.
         seed: seed of the choice of held-out labels.
-        process: the process, fitted to all labels.
-        cells: the cells, fitted to all labels.
+        parts: the parts, fitted to all labels.
+        advantage: evidence of lines less that of cells, in nats.
     """
+    process, cells, line = parts
     selected = some_labels(len(scores), seed)
     rows, scores = rows[selected], scores[selected]
     fold = folds_of(rows, seed, NUM_FOLDS)
-    predicted, sketches = np.zeros((2, len(scores))), list[Sketch]()
+    predicted, sketches = np.zeros((3, len(scores))), list[Fitted]()
     for number in range(NUM_FOLDS):
         is_held_out, is_training = fold == number, fold != number
         if is_held_out.any() and is_training.any():
             # A process that is fitted to fewer labels often ends in a poor optimum.
             with threadpool_limits(1, "blas"):
-                sketch = (
+                sketch = Fitted(
                     process.conditioned_on(observe(rows[is_training], scores[is_training])),
                     cells.without(rows[is_training], scores[is_training], continuous),
+                    line.without(rows[is_training], scores[is_training]),
                 )
                 predicted[:, is_held_out] = [preference.predict(rows[is_held_out]).mean for preference in sketch]
             sketches.append(sketch)
     # Blunders are a part of the likelihood of their own.
     predicted[1] = expected_score(predicted[1], cells.noise, blunders=0.0)
+    predicted[2] = expected_score(predicted[2], line.noise, blunders=0.0)
     predicted = np.clip(predicted, 0.0, MAX_SCORE)
-    share = _share(rows, scores, predicted, cells)
-    return HeldOut(share, share * predicted[0] + (1.0 - share) * predicted[1] - scores, scores, tuple(sketches))
+    share = _share(rows, scores, predicted[:2], cells)
+    without_line = share * predicted[0] + (1.0 - share) * predicted[1]
+    # Lines and cells have an evidence of their own, which says more than held-out scores.
+    odds = float(np.exp(np.clip(_EVIDENCE_POWER * (1.0 - share) * advantage, -_MAX_LOG_ODDS, _MAX_LOG_ODDS)))
+    both = np.stack([predicted[2], without_line])
+    is_open = len(line.columns) > 0 and not _explains_all(cells)
+    line_share = share_by(both, scores, _designs(rows), _ODDS_OF_OTHERS / odds) if is_open else 0.0
+    errors = line_share * predicted[2] + (1.0 - line_share) * without_line - scores
+    return HeldOut(share, line_share, errors, scores, tuple(sketches))
 
 
 def some_labels(num: int, seed: int) -> Ints:
@@ -108,12 +134,20 @@ def _share(rows: Floats, scores: Floats, predicted: Floats, cells: PartitionPref
     # Cells that like no scored design would only make the values of the process smaller.
     if cells.predict(rows).mean.max() < _MIN_LIKED:
         return 1.0
-    # Boxes that contradict no score are no worse for missing some of them, held out near a bound.
-    if cells.boxes and not cells.person.errs:
+    if _explains_all(cells):
         return 0.0
-    _, row = np.unique(rows, axis=0, return_inverse=True)
     prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_CELLS, START_BLUNDERS)
-    return share_by(predicted, scores, row.reshape(-1), *prior)
+    return share_by(predicted, scores, _designs(rows), *prior)
+
+
+def _explains_all(cells: PartitionPreference) -> bool:
+    """Whether boxes contradict no score: they are no worse for missing some of them, held out near a bound."""
+    return len(cells.boxes) > 0 and not cells.person.errs
+
+
+def _designs(rows: Floats) -> Ints:
+    """[n] number of the design of each row, from 0."""
+    return np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
 
 
 def share_by(
@@ -123,10 +157,10 @@ def share_by(
     odds_of_cells: float = _ODDS_OF_CELLS,
     blunders: float = START_BLUNDERS,
 ) -> float:
-    """The share of the process by held-out scores.
+    """The share of the process beside cells, or of lines beside both, by held-out scores.
 
     Args:
-        predicted: [2, n] predictions of the process and of the cells, 0-100.
+        predicted: [2, n] predictions of the process and of the cells, 0-100, or of lines and of the others.
         scores: [n] 0-100; each is random with a small probability.
         row: [n] design of each score, from 0; a design counts once, with the mean of its scores.
         odds_of_cells: prior odds of cells alone.
@@ -148,7 +182,7 @@ def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_CELLS) -
 
     Args:
         log_likelihoods: [S] log-likelihood of held-out labels for each of the shares.
-        odds_of_cells: prior odds of cells alone against any other share.
+        odds_of_cells: > 0, prior odds of cells alone against any other share.
     """
     odds = np.exp(_LIKELIHOOD_POWER * (log_likelihoods - log_likelihoods.max()))
     odds[0] *= odds_of_cells

@@ -57,11 +57,12 @@ def says(column, value):
         (WIDTH - DEPTH, 100.0 * (WIDTH > DEPTH)),
         (WIDTH / DEPTH, 100.0 * (WIDTH > 1.6 * DEPTH)),
         (FLOORS * STOREY, 100.0 * (np.abs(FLOORS * STOREY - 9.0) < 2.0)),
+        (2.0 * WIDTH - 1.4 * DEPTH, 100.0 * (2.0 * WIDTH - 1.4 * DEPTH > 4.0)),
         (FLOORS * STOREY / WIDTH, 100.0 * (FLOORS * STOREY < 1.5 * WIDTH)),
         (np.sum(GILDED, axis=0) % 2, 90.0 * (np.sum(GILDED, axis=0) % 2)),
         (BRICK / FLOORS, 90.0 * (BRICK / FLOORS > 0.6)),
     ],
-    ids=["comparison", "ratio", "height", "slenderness", "odd number", "share"],
+    ids=["comparison", "ratio", "height", "weighted sum", "slenderness", "odd number", "share"],
 )
 def test_what_scores_need_is_found(quantity, scores, noise):
     features, values = found(scores, noise)

@@ -10,7 +10,8 @@ from grammarlab.learning.fitting import fit
 from grammarlab.preference import blended
 from grammarlab.preference.cells import partition
 from grammarlab.preference.factors import ProductPreference
-from grammarlab.preference.held_out_share import held_out
+from grammarlab.preference.held_out_share import Fitted, held_out
+from grammarlab.preference.lines import line_preference
 from grammarlab.preference.processes import grouped
 
 
@@ -36,9 +37,14 @@ def test_a_blend_is_about_as_good_as_the_better_part(name, noise):
     assert missed[0] <= 1.5 * min(missed[1:]) + 1.0
 
 
-def test_what_adds_up_is_left_to_the_process():
+def test_what_adds_up_is_left_to_lines_and_to_the_process():
     rows = coins(140, 14, 3)
-    assert blended.fit(rows, wanted("sum", rows)).share >= 0.75
+    found = blended.fit(rows, wanted("sum", rows))
+    assert found.share >= 0.75
+    assert found.line_share > 0.2
+    given = np.clip(wanted("sum", rows) + 10.0 * np.random.default_rng(2).normal(size=140), 0.0, 100.0)
+    assert blended.fit(rows, given).line_share > 0.3
+    assert blended.fit(rows, wanted("all three", rows)).line_share < 0.05
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -77,7 +83,8 @@ def test_cells_that_like_no_scored_design_have_no_share():
     scores[12] = 67.0
     process, cells = grouped.fit(rows, scores), partition.fit(rows, scores)
     assert cells.predict(rows).mean.max() < 1.0
-    assert held_out(rows, scores, np.zeros(6, dtype=bool), 0, process, cells).share == 1.0
+    parts = Fitted(process, cells, line_preference.fit(rows, scores, np.arange(6)))
+    assert held_out(rows, scores, np.zeros(6, dtype=bool), 0, parts, 0.0).share == 1.0
     assert blended.fit(rows, 80.0 * rows[:, 0]).share < 1.0
 
 
@@ -115,13 +122,15 @@ def test_a_density_is_a_mixture_of_the_densities_of_its_parts(unexplained):
     asked = np.concatenate([np.flatnonzero(rare)[:8], np.arange(60)])
     given = np.clip(90.0 * rare[asked] + 10.0 * np.random.default_rng(3).normal(size=68), 0.0, 100.0)
     weights = np.random.default_rng(4).random(4000)
-    found = replace(blended.fit(rows[asked], given), share=0.2, unexplained=unexplained)
+    found = replace(blended.fit(rows[asked], given), share=0.2, line_share=0.3, unexplained=unexplained)
+    assert found.line is not None
     mixed = found.for_density(rows, weights)
     cells, process = found.partition.for_density(rows, weights).predict(rows).mean, found.predict_values(rows).mean
     odds = 0.25 * min(1.0, (weights @ cells) / (weights @ process)) ** 7
-    explained = (1.0 - unexplained) / (1.0 + odds)
-    shares = odds * explained, explained, unexplained
-    densities = [weights * part / (weights @ part) for part in (process, cells, np.ones(4000))]
+    explained = 0.7 * (1.0 - unexplained) / (1.0 + odds)
+    shares = odds * explained, explained, 0.3 * (1.0 - unexplained), unexplained
+    line = found.line.predict(rows).mean
+    densities = [weights * part / (weights @ part) for part in (process, cells, line, np.ones(4000))]
     learned = weights * mixed.predict(rows).mean
     np.testing.assert_allclose(learned / learned.sum(), np.array(shares) @ densities, rtol=1e-9, atol=1e-12)
     # The highest value is that of the mixture of values.

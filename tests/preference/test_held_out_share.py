@@ -62,8 +62,8 @@ def test_contradicting_scores_of_a_design_are_its_mean():
 
 def test_the_explained_variance_is_that_of_a_regression():
     scores = np.array([10.0, 40.0, 70.0, 80.0])
-    perfect, mean = HeldOut(0.0, np.zeros(4), scores, ()), HeldOut(0.0, scores.mean() - scores, scores, ())
-    half = HeldOut(0.0, (scores.mean() - scores) / np.sqrt(2.0), scores, ())
-    worse, equal = HeldOut(0.0, 2.0 * scores, scores, ()), HeldOut(0.0, np.zeros(4), np.full(4, 50.0), ())
+    perfect, mean = HeldOut(0.0, 0.0, np.zeros(4), scores, ()), HeldOut(0.0, 0.0, scores.mean() - scores, scores, ())
+    half = HeldOut(0.0, 0.0, (scores.mean() - scores) / np.sqrt(2.0), scores, ())
+    worse, equal = HeldOut(0.0, 0.0, 2.0 * scores, scores, ()), HeldOut(0.0, 0.0, np.zeros(4), np.full(4, 50.0), ())
     found = [case.explained_variance for case in (perfect, mean, half, worse, equal)]
     assert found == pytest.approx([1.0, 0.0, 0.5, 0.0, 0.0])

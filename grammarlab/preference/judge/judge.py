@@ -14,11 +14,12 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.judge.cuts import BinnedColumns
 from grammarlab.preference.judge.labelled_columns import Explanation, Labels
-from grammarlab.preference.judge.score_line import best_line
 from grammarlab.preference.judge.score_tree import ScoreTree
 from grammarlab.preference.judge.screening import gains
 from grammarlab.preference.judge.tree_search import best_tree, search
 from grammarlab.preference.judge.votes import Vote, votes
+from grammarlab.preference.judge.weighted_sums import WeightedSum, weighted_sums
+from grammarlab.preference.lines.line_preference import best_line
 from grammarlab.preference.person import START_BLUNDERS, Person
 
 _START_NOISES = (20.0, 8.0, 0.5)
@@ -39,8 +40,10 @@ class Verdict:
     """Composed columns that it uses, ascending; () if known columns explain scores as well."""
     votes: tuple[Vote, ...]
     """Columns joined from flags that it uses."""
+    sums: tuple[WeightedSum, ...]
+    """Weighted sums of known columns that it uses."""
     prices: tuple[float, ...]
-    """Price of each of these columns, the accepted ones first, in nats."""
+    """Price of each of these columns, the accepted ones first, then votes, in nats."""
     total: float
     """Its total in nats."""
     known: float
@@ -49,7 +52,7 @@ class Verdict:
     """The errors of the person."""
 
 
-def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, scores: Floats) -> Verdict:
+def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measures: Floats, scores: Floats) -> Verdict:
     """The best explanation of scores.
 
     Args:
@@ -57,28 +60,34 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, score
         composed: [n, C] further columns.
         prices: [C] description length of each of them, in nats.
         flags: [n, K] 0 or 1, no two equal or opposite: columns that may be joined.
+        measures: [n, M] columns that may be weighed.
         scores: [n] 0-100.
 
     >>> randomness = np.random.default_rng(0)
     >>> known, composed = randomness.random((64, 4)), randomness.random((64, 50))
-    >>> verdict = judged(known, composed, np.full(50, np.log(50)), known[:, :0], 80.0 * (composed[:, 7] > 0.5))
+    >>> none = known[:, :0]
+    >>> verdict = judged(known, composed, np.full(50, np.log(50)), none, none, 80.0 * (composed[:, 7] > 0.5))
     >>> verdict.accepted
     (7,)
     """
     width = known.shape[1]
     labels = Labels.of(known, np.full(width, _USE_PRICE + np.log(max(width, 1))), scores)
     base = best_tree(labels, [Person(noise, START_BLUNDERS) for noise in _START_NOISES])
-    best_known = _better(base.explanation, _best_line(labels, base.explanation.person))
-    shortlist, joined = _shortlist(composed, prices, base.tree, scores), votes(flags, scores)
-    columns = [composed[:, shortlist], *(vote.values(flags)[:, None] for vote in joined)]
-    further = np.append(prices[shortlist], [vote.price for vote in joined])
-    wider = labels.joined(np.concatenate(columns, axis=1), _USE_PRICE + further)
+    best_known = _better(base.explanation, _best_line(labels))
+    shortlist = _shortlist(composed, prices, base.tree, scores)
+    joined, sums = votes(flags, scores), list(weighted_sums(measures, scores))
+    columns = [vote.values(flags) for vote in joined] + [some.values(measures) for some in sums]
+    further = np.concatenate([composed[:, shortlist], *(column[:, None] for column in columns)], axis=1)
+    further_prices = np.append(prices[shortlist], [each.price for each in (*joined, *sums)])
+    wider = labels.joined(further, _USE_PRICE + further_prices)
     best = _better(best_known, best_tree(wider, [best_known.person]).explanation)
-    best = _better(best, _best_line(wider, best_known.person))
+    best = _better(best, _best_line(wider))
     used = sorted(column - width for column in best.columns if column >= width)
+    first = len(shortlist), len(shortlist) + len(joined)
     return Verdict(
-        tuple(int(shortlist[column]) for column in used if column < len(shortlist)),
-        tuple(joined[column - len(shortlist)] for column in used if column >= len(shortlist)),
+        tuple(int(shortlist[column]) for column in used if column < first[0]),
+        tuple(joined[column - first[0]] for column in used if first[0] <= column < first[1]),
+        tuple(sums[column - first[1]] for column in used if column >= first[1]),
         tuple(wider.prices[[width + column for column in used]].tolist()),
         best.total,
         best_known.total,
@@ -112,14 +121,10 @@ def _better(first: Explanation, second: Explanation) -> Explanation:
     return second if second.total > first.total else first
 
 
-def _best_line(labels: Labels, person: Person) -> Explanation:
-    """The best line, for the errors of a person and for those that searches start with."""
-    best = Explanation(-np.inf, frozenset(), person)
-    for noise in dict.fromkeys((person.noise, *_START_NOISES)):
-        erring = Person(noise, person.blunders)
-        line = best_line(labels.values, labels.prices, labels.scores, noise, person.blunders)
-        best = _better(best, Explanation(line.total - erring.price, frozenset(line.columns), erring))
-    return best
+def _best_line(labels: Labels) -> Explanation:
+    """The best line."""
+    line = best_line(labels.values, labels.prices, labels.scores)
+    return Explanation(line.total, frozenset(line.columns), line.person)
 
 
 def _shortlist(composed: Floats, prices: Floats, tree: ScoreTree, scores: Floats) -> Ints:

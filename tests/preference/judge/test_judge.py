@@ -22,7 +22,7 @@ def columns(num, seed):
 
 def verdict_of(known, composed, scores):
     return judged(
-        known, composed, np.full(COMPOSED, np.log(2.0 * COMPOSED)), known[:, : min(40, known.shape[1])], scores
+        known, composed, np.full(COMPOSED, np.log(2.0 * COMPOSED)), known[:, : min(40, known.shape[1])], known, scores
     )
 
 
@@ -76,7 +76,7 @@ def test_scores_without_a_pattern_need_nothing():
         randomness = np.random.default_rng(seed)
         scores = randomness.permutation(noisy(90.0 * (composed[:, 11] > 0.6), (0.0, 15.0)[seed % 2], seed))
         verdict = verdict_of(known, composed, scores)
-        accepting += bool(verdict.accepted or verdict.votes)
+        accepting += bool(verdict.accepted or verdict.votes or verdict.sums)
     assert accepting <= 1
 
 
@@ -86,6 +86,7 @@ def test_equal_scores_need_nothing():
         verdict = verdict_of(known, composed, np.full(30, score))
         assert not verdict.accepted
         assert not verdict.votes
+        assert not verdict.sums
 
 
 @pytest.mark.parametrize("num", [1, 2])
@@ -97,9 +98,11 @@ def test_few_scores_need_nothing(num):
 def test_a_column_costs_its_price():
     known, composed = columns(96, seed=9)
     scores = 90.0 * composed[:, 10]
-    cheap, dear = (judged(known, composed, np.full(COMPOSED, price), known[:, :0], scores) for price in (5.0, 8.0))
+    cheap, dear = (
+        judged(known, composed, np.full(COMPOSED, price), known[:, :0], known[:, :0], scores) for price in (5.0, 8.0)
+    )
     assert cheap.total - dear.total == pytest.approx(3.0)
-    assert judged(known, composed, np.full(COMPOSED, 1e3), known[:, :0], scores).accepted == ()
+    assert judged(known, composed, np.full(COMPOSED, 1e3), known[:, :0], known[:, :0], scores).accepted == ()
 
 
 def test_the_order_of_labels_does_not_matter():

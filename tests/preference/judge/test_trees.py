@@ -7,7 +7,6 @@ import pytest
 
 from grammarlab.preference.judge.cuts import MAX_BINS, BinnedColumns, best_cuts
 from grammarlab.preference.judge.labelled_columns import Labels, Person
-from grammarlab.preference.judge.score_line import best_line
 from grammarlab.preference.judge.score_tree import NODE_PRICE, ScoreTree, TreeGrowth
 from grammarlab.preference.judge.screening import explained
 from grammarlab.preference.judge.tree_search import best_tree
@@ -128,17 +127,6 @@ def test_the_errors_of_the_person_are_found():
     assert exact.noise <= 1.5
     noisy = np.clip(60.0 * values[:, 1] + randomness.normal(0.0, 13.0, 200), 0.0, 100.0).round()
     assert 10.0 <= best_tree(labels_of(values, noisy), [Person(0.5, 0.03)]).explanation.person.noise <= 17.0
-
-
-def test_a_line_adds_up_points_and_sees_through_clipping():
-    randomness = np.random.default_rng(3)
-    columns = randomness.integers(0, 2, (120, 40)).astype(float)
-    points = columns[:, [3, 8, 20]] @ [50.0, 60.0, 40.0] - 40.0
-    scores = np.clip(points, 0.0, 100.0).round()
-    line = best_line(columns, np.full(40, np.log(40.0)), scores, 3.0, 0.03)
-    assert set(line.columns) == {3, 8, 20}
-    nothing = best_line(columns, np.full(40, np.log(40.0)), randomness.permutation(scores), 45.0, 0.03)
-    assert nothing.columns == ()
 
 
 def test_screening_measures_means_and_forgives_chance():

@@ -1,0 +1,113 @@
+"""Columns that weigh others: sums of draws, counts and flags with weights, above or below a bound of which is liked.
+
+The weights are those of a logistic regression of being liked, to which columns are added one by one, relative to the
+weight that matters most and rounded to one digit or to two. The price is that of the columns and of the digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import expit, gammaln
+
+from grammarlab.arrays import Floats
+from grammarlab.preference.lines.distinct import Distinct
+
+MAX_TERMS = 5
+"""Largest number of columns of a sum."""
+_SPREAD = 10.0
+"""Standard deviation of the weight per standard deviation of a column, before any score."""
+_MAX_STEPS = 20
+"""Largest number of steps of Newton's method."""
+_ENOUGH = 0.01
+"""Largest change of a weight in the last step."""
+_MAX_STEP = 2.0
+"""Largest change of a weight in a step."""
+
+
+class WeightedSum(NamedTuple):
+    """A weighted sum of columns."""
+
+    columns: tuple[int, ...]
+    """Indices of the columns, the one that matters most first."""
+    weights: tuple[float, ...]
+    """Their weights; the first is 1."""
+    price: float
+    """Description length in nats: of the number of columns, of the set of columns, and of the digits and signs."""
+
+    def values(self, columns: Floats) -> Floats:
+        """[n] the sum, for columns [n, F]."""
+        return columns[:, list(self.columns)] @ np.array(self.weights)
+
+
+def weighted_sums(columns: Floats, scores: Floats) -> Iterator[WeightedSum]:
+    """Sums that may explain scores: of all columns, and of those alone that are no flags.
+
+    Args:
+        columns: [n, F] numbers.
+        scores: [n] 0-100.
+
+    >>> columns = np.random.default_rng(0).random((200, 6))
+    >>> scores = 100.0 * (columns[:, 1] - 0.5 * columns[:, 4] > 0.2)
+    >>> any(some.columns == (1, 4) and some.weights == (1.0, -0.5) for some in weighted_sums(columns, scores))
+    True
+    """
+    liked = scores > (scores.min() + scores.max()) / 2.0
+    if not 0 < liked.sum() < len(liked):
+        return
+    is_flag = ((columns == 0.0) | (columns == 1.0)).all(axis=0)
+    seen = set[tuple[tuple[int, ...], tuple[float, ...]]]()
+    for chosen in (np.flatnonzero(~is_flag), np.arange(columns.shape[1])):
+        distinct = Distinct.of(columns[:, chosen])
+        for terms, weights in _grown(distinct.table(columns[:, chosen]), liked.astype(np.float64)):
+            raw = weights / distinct.scales[terms]
+            order = np.argsort(-np.abs(weights), kind="stable")
+            indices = tuple(chosen[distinct.columns[terms]][order].tolist())
+            for digits in (1, 2):
+                rounded = _rounded(raw[order] / raw[order[0]], digits)
+                if (indices, rounded) not in seen and all(rounded):
+                    seen.add((indices, rounded))
+                    yield WeightedSum(indices, rounded, _price(len(distinct.columns), len(indices), digits))
+
+
+def _price(num: int, size: int, digits: int) -> float:
+    """Price of a sum of some of a number of columns; a factor of 10 more or less is as likely as none."""
+    of_set = size * np.log(num) - gammaln(size + 1) + size * np.log(2.0)
+    return float(of_set + np.log(2.0) + (size - 1) * np.log(2.0 * 3.0 * 9.0 * 10.0 ** (digits - 1)))
+
+
+def _rounded(weights: Floats, digits: int) -> tuple[float, ...]:
+    return tuple(float(f"{weight:.{digits}g}") for weight in weights.tolist())
+
+
+def _grown(table: Floats, liked: Floats) -> Iterator[tuple[list[int], Floats]]:
+    """Sets of two columns or more, each with one more column than the one before, and their weights."""
+    terms, weights = list[int](), np.zeros(1)
+    for _ in range(min(MAX_TERMS, table.shape[1])):
+        design = np.column_stack([np.ones(len(table)), table[:, terms]])
+        weights = _fitted(design, liked, weights)
+        expected = expit(design @ weights)
+        gains = np.abs((liked - expected) @ table)
+        gains[terms] = -1.0
+        terms.append(int(np.argmax(gains)))
+        weights = np.append(weights, 0.0)
+        design = np.column_stack([design, table[:, terms[-1]]])
+        weights = _fitted(design, liked, weights)
+        if len(terms) > 1:
+            yield list(terms), weights[1:]
+
+
+def _fitted(design: Floats, liked: Floats, weights: Floats) -> Floats:
+    """Weights [k] of a logistic regression, by Newton's method with short steps."""
+    prior = np.append(0.0, np.full(design.shape[1] - 1, 1.0 / _SPREAD**2))
+    for _ in range(_MAX_STEPS):
+        expected = expit(design @ weights)
+        curvature = (design.T * np.maximum(expected * (1.0 - expected), 1e-6)) @ design + np.diag(prior)
+        step = np.linalg.solve(curvature, design.T @ (liked - expected) - prior * weights)
+        step *= min(1.0, _MAX_STEP / max(float(np.abs(step).max()), 1e-12))
+        weights = weights + step
+        if np.abs(step).max() < _ENOUGH:
+            break
+    return weights

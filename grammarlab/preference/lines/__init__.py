@@ -1,0 +1,1 @@
+"""Points for parts that add up, the sum clipped to 0-100."""
