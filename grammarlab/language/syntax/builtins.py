@@ -22,7 +22,7 @@ _OPERATIONS = """
 i(string) i(string, $up) i(string, $up, $insert) i(string, $up, $insert, $insert_cleanup)
 extrude(size) extrude($extrusion, size)
 envelope($envelope, float, float, float)
-envelope($envelope, float, float, float, float, float, float)
+envelope(float, float, float, float, float, float, float)
 envelope($envelope, float, float, float, float, float)
 envelope($envelope, float, float, float, float, float, float, float)
 envelope($envelope, float, float, float, float, float, float, float, float, float)
