@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints
+from grammarlab.density.exact.name_words import counted, number_of, place, plural, shared, short
 from grammarlab.density.exact.splitting import Splitting, Variant
 from grammarlab.density.exact.subtree_counts import Component, Deep, tops
 from grammarlab.density.exact.trimming import Ways
-from grammarlab.density.exact.words import counted, number_of, place, plural, shared, short
 from grammarlab.density.grammar_skeleton import Alternative, leaves
 from grammarlab.features.patterns.pattern import Pattern
 from grammarlab.language.numbering import SymbolKey
