@@ -25,7 +25,7 @@ from grammarlab.facade.editing.wall_slabs import Slab, find_elements, find_slabs
 from grammarlab.facade.sizes.constraints import SIMILAR_SIZE_TOLERANCE, LineOrigin
 from grammarlab.facade.sizes.model import ALIGNMENT, SYMMETRY, WISH
 from grammarlab.facade.sizes.size_wishes import Size
-from grammarlab.facade.tree import Facade
+from grammarlab.facade.tree import TOLERANCE, Facade
 
 _STRETCH = 1.1
 """Stretch at which the give of a column is measured; its energy is quadratic."""
@@ -111,9 +111,7 @@ def best_slabs(
         return None
     kinds = _kinds(slabs)
     counts, is_proven = best_counts(_springs(before, facade, along, metres, slabs, kinds, solid))
-    copies = np.ones(len(slabs), dtype=np.int64)
-    for members, count in zip(kinds, counts.tolist(), strict=True):
-        copies[members] = _spread(count, len(members))
+    copies = _balanced(slabs, kinds, counts)
     intervals = _intervals(slabs, copies, float(before.facade.size[0, along]))
     return SlabChoice(along, composed(before, along, intervals, solid), tuple(copies.tolist()), is_proven)
 
@@ -263,6 +261,23 @@ def _measured(
     wish = Size(0, along, _STRETCH * length)
     energy = least_energy(part.facade, origin, [wish], "default", (WISH, ALIGNMENT, SYMMETRY))
     return ((_STRETCH - 1.0) * length) ** 2 / (energy * length), len(part.facade.leaves)
+
+
+def _balanced(slabs: Sequence[Slab], kinds: Sequence[Sequence[int]], counts: Ints) -> Ints:
+    """Copies [S] of each column, for numbers of kinds: spread evenly, and as much to the left as to the right.
+
+    So a facade with a portal in its middle keeps it there, if columns of several kinds are left out or added.
+    """
+    copies = np.ones(len(slabs), dtype=np.int64)
+    middle = 0.5 * (slabs[0].begin + slabs[-1].end)
+    offset = np.array([0.5 * (slab.begin + slab.end) - middle for slab in slabs])
+    moment = 0.0
+    for members, count in zip(kinds, counts.tolist(), strict=True):
+        spread = _spread(count, len(members))
+        moments = [moment + float((one - 1) @ offset[members]) for one in (spread, spread[::-1])]
+        mirrored = abs(moments[1]) < abs(moments[0]) - TOLERANCE * abs(offset).max()
+        copies[members], moment = (spread[::-1], moments[1]) if mirrored else (spread, moments[0])
+    return copies
 
 
 def _spread(count: int, members: int) -> Ints:

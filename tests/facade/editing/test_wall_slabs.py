@@ -120,3 +120,20 @@ def test_columns_and_rows_more_or_fewer_are_first_those_of_the_whole_house(colum
     assert counts(best.facade)["sill"] == (5 + columns) * (3 + rows)
     assert counts(best.facade)["door"] == 1
     assert best.energy == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("change", [-2, 2])
+def test_a_portal_in_the_middle_stays_there(change: int) -> None:
+    """One column more or fewer of each of two kinds: one on each side."""
+    openings = [("window", width) for width in (1.0, 1.0, 2.0)]
+    openings = [*openings, ("door", 1.5), *openings[::-1]]
+    parts = [part for name, width in openings for part in (leaf("wall", 1.0, 3.0), leaf(name, width, 3.0))]
+    house = built(across(*parts, leaf("wall", 1.0, 3.0)))
+    # A column has half a gap on each side: one of each kind has 5 metres.
+    choice = best_slabs(unedited(house), house, X, house.width + 2.5 * change)
+    assert choice is not None
+    changed = choice.variation.facade
+    names = [changed.name_of(node) for node in changed.leaves[np.argsort(changed.position[changed.leaves, X])]]
+    door = names.index("door")
+    assert names.count("window") == 6 + change
+    assert names[:door].count("window") == names[door:].count("window")
