@@ -99,15 +99,6 @@ def count_far_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: boo
     return _tally(trees, np.concatenate(rows), number, [columns], len(index))
 
 
-def choices_below(trees: Trees, labels: NodeLabels) -> list[tuple[int, int]]:
-    """Different (label of a node, label of a choice below it)."""
-    label = trees.labels(labels)
-    size = labels.unknown + 1
-    keys = [label[middle] * size + label[lower] for lower, middle in _ancestors_of_choices(trees, label, labels)]
-    upper, below = np.divmod(distinct(np.concatenate([np.zeros(0, np.int64), *keys]), size**2), size)
-    return list(zip(upper.tolist(), below.tolist(), strict=True))
-
-
 def count_adjacent_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
     """Counts of pairs of choices of adjacent siblings."""
     label = trees.labels(labels)
