@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, all_values, argument, head, word
 from grammarlab.derivation.calls.branches import Branching, Leaf, route
@@ -37,24 +37,35 @@ from grammarlab.language.syntax.syntax_tree import (
 Step: TypeAlias = "Callable[[Shapes, Shapes, Workspace], Shapes]"
 """A step: from the current shapes and the initial shapes of the sequence to the shapes for the next step."""
 
+Shows: TypeAlias = Literal["all", "fruitless", "none"]
+
 
 @dataclass(frozen=True, slots=True)
 class Operations:
     """A compiled sequence."""
 
     steps: tuple[Step, ...]
-    visible: bool
-    """Whether the shape at its end is visible: the sequence has no successor, no block and no NIL."""
+    shows: Shows
+    """Which shapes are visible at its end: all, those for which it made nothing, or none."""
     rule: int = -1
     """Index of its rule branch, -1 for a sequence inside a rule."""
 
     def run(self, shapes: Shapes, workspace: Workspace) -> None:
         """Apply the sequence to shapes [N]: record visible shapes, queue shapes with rules."""
+        recorder = workspace.recorder
+        if self.shows == "fruitless":
+            shown = recorder.fruitless(lambda: self._applied(shapes, workspace))
+        else:
+            current = self._applied(shapes, workspace)
+            shown = current if self.shows == "all" else None
+        if shown is not None:
+            recorder.add_leaves(shown)
+
+    def _applied(self, shapes: Shapes, workspace: Workspace) -> Shapes:
         current = shapes
         for step in self.steps:
             current = step(current, shapes, workspace)
-        if self.visible:
-            workspace.recorder.add_leaves(current)
+        return current
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,27 +99,35 @@ class SequenceCompiler:
         self._children = iter(enumerate(branch.successors))
         self._blocks = iter(range(len(branch.blocks)))
 
-    def sequence(self, sequence: syntax.Sequence, in_block: bool = False, rule: int = -1) -> Operations:
-        """Code for a sequence; ``in_block``: whether one node may run it several times."""
-        steps: list[Step] = []
-        for item in sequence.items:
-            if isinstance(item, Invoke) and item.name == "NIL":
-                break
-            steps.append(self._item(item, in_block))
-        return Operations(tuple(steps), not _consumes(sequence), rule)
+    def sequence(
+        self, sequence: syntax.Sequence, in_block: bool = False, rule: int = -1, is_part: bool = False
+    ) -> Operations:
+        """Code for a sequence.
 
-    def body(self, choice: syntax.Choice, in_block: bool) -> Branching[Operations]:
+        Args:
+            sequence: the sequence.
+            in_block: whether one node may run it several times.
+            rule: index of its rule branch.
+            is_part: whether its end is not the end of the shape of a node.
+        """
+        steps = tuple([self._item(item, in_block) for item in sequence.items])
+        shows: Shows = "none" if is_part or _must_make(sequence) else "fruitless" if _may_make(sequence) else "all"
+        return Operations(steps, shows, rule)
+
+    def body(self, choice: syntax.Choice, in_block: bool, is_part: bool = True) -> Branching[Operations]:
         """Code for a choice whose leaves are sequences."""
 
         def leaf(choice: syntax.Choice, path: tuple[int, ...]) -> Operations:
             if not isinstance(choice, syntax.Sequence):
                 raise DerivationError("expected operations, found an expression", choice.location)
-            return self.sequence(choice, in_block)
+            return self.sequence(choice, in_block, is_part=is_part)
 
         return self._expressions.branching(choice, leaf)
 
     def _item(self, item: Item, in_block: bool) -> Step:
         match item:
+            case Invoke(name="NIL"):
+                return _nothing
             case Invoke() if item.name in OPERATIONS:
                 return self._operation(OPERATIONS[item.name], item)
             case Invoke() if item.name in BLOCKS:
@@ -191,7 +210,8 @@ class SequenceCompiler:
 
     def _inline(self, item: syntax.Inline) -> Step:
         """Code for ``inline``: the shapes of its body, derived at once, replace the current one."""
-        body, strategy, location = self.body(item.body, in_block=True), item.strategy or "append", item.location
+        body, location = self.body(item.body, in_block=True, is_part=False), item.location
+        strategy = item.strategy or "append"
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
             finished = derived_at_once(partial(run_branches, body), shapes, workspace, location)
@@ -201,7 +221,7 @@ class SequenceCompiler:
 
     def _combine(self, item: syntax.Combine) -> Step:
         """Code for ``union``, ``subtract`` and ``intersect``."""
-        bodies = [self.body(choice, in_block=True) for choice in (item.first, item.second)]
+        bodies = [self.body(choice, in_block=True, is_part=False) for choice in (item.first, item.second)]
         operation, location = item.operation, item.location
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
@@ -296,6 +316,12 @@ def _bracket(body: Branching[Operations]) -> Step:
     return step
 
 
+def _nothing(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+    """``NIL``: a child that is nothing, so that the shape itself is not visible."""
+    workspace.recorder.add_nothing(shapes)
+    return shapes
+
+
 def _leaf(symbol: int, child: int, in_block: bool) -> Step:
     def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
         nodes = workspace.recorder.add_children(shapes, symbol, child, in_block)
@@ -323,22 +349,28 @@ def _refusal(name: str, location: Location) -> Step:
     return step
 
 
-def _consumes(sequence: syntax.Sequence) -> bool:
-    """Whether a sequence has a successor, a block or a NIL, so that the shape itself is not visible."""
-    return _makes_shapes(sequence) or any(isinstance(i, Invoke) and i.name == "NIL" for i in sequence.items)
+def _must_make(sequence: syntax.Sequence) -> bool:
+    """Whether a sequence gives every shape a child, or none by NIL."""
+    return any(
+        _makes(item) or (isinstance(item, Scoped) and isinstance(item.body, syntax.Sequence) and _must_make(item.body))
+        for item in sequence.items
+    )
 
 
-def _makes_shapes(sequence: syntax.Sequence) -> bool:
+def _may_make(sequence: syntax.Sequence) -> bool:
+    """Whether a sequence gives some shapes children, or none by NIL: a block does if it has parts."""
     for item in sequence.items:
-        if isinstance(item, Block | Scatter):
-            return True
-        if isinstance(item, Invoke) and item.name not in OPERATIONS and item.name != "NIL":
+        if isinstance(item, Block | Scatter) or _makes(item):
             return True
         if isinstance(item, Scoped):
             leaves = [leaf for leaf in syntax.alternatives(item.body) if isinstance(leaf, syntax.Sequence)]
-            if any(_makes_shapes(leaf) for leaf in leaves):
+            if any(_may_make(leaf) for leaf in leaves):
                 return True
     return False
+
+
+def _makes(item: Item) -> bool:
+    return isinstance(item, Invoke) and item.name not in OPERATIONS
 
 
 def _flattened(group: Group, repeated: bool) -> Iterator[tuple[Part, int]]:

@@ -189,8 +189,6 @@ class _Reader:
                 self._choice(branch, None, False)
         elif isinstance(choice, Sequence):
             for item in choice.items:
-                if isinstance(item, Invoke) and item.name == "NIL":
-                    return
                 self._item(item, copies, certain)
 
     def _item(self, item: Item, copies: int | None, certain: bool) -> None:

@@ -106,7 +106,8 @@ def comp(block: Block, scope: Scope) -> list[Piece]:
         else:
             index = evaluate(part.head, scope)
             name = ""
-            taken = [i for i in free if index is True or (not isinstance(index, bool) and i == index)]
+            turns = 0 if isinstance(index, bool) else round(float(index))
+            taken = [i for i in free if index is True or (index is not False and i == turns % len(found))]
         free = [i for i in free if i not in taken]
         shapes = [found[i].shape for i in taken]
         if part.inclusive and taken:

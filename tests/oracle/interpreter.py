@@ -76,6 +76,8 @@ class Model:
     pending: list[tuple[Shape, Rule, dict[str, Value]]] = field(default_factory=list)
     repeats: Counter[tuple[int, int]] = field(default_factory=Counter)
     """How many shapes each successor, by number, has made so far under each node."""
+    fruitful: set[int] = field(default_factory=set)
+    """The nodes that made something, even if it was NIL."""
     _attribute_values: dict[str, Value] = field(default_factory=dict)
 
     @property
@@ -104,6 +106,7 @@ class Model:
 
     def grow(self, shape: Shape, invoke: Invoke, child: int, scope: Scope) -> None:
         """Make the child that a successor names; it waits for its rule, or is a leaf."""
+        self.fruitful.add(shape.node)
         repeat = self.repeats[shape.node, child]
         self.repeats[shape.node, child] += 1
         self.nodes.append(NodeRecord(shape.node, invoke.name, child, repeat))
@@ -156,7 +159,7 @@ def rewrite(model: Model, shape: Shape, rule: Rule, parameters: dict[str, Value]
         return
     assert isinstance(sequence, Sequence)
     model.nodes[shape.node].rule = (rule.name, len(rule.parameters), branch)
-    _Branch(model, parameters, sequence).run(sequence, shape)
+    _Branch(model, parameters, sequence).run(sequence, shape, is_whole=True)
 
 
 class _Branch:
@@ -169,8 +172,8 @@ class _Branch:
         self.block_numbers: dict[int, int] = {}
         self._number(sequence)
 
-    def run(self, choice: Choice, shape: Shape, visible: bool = True) -> None:
-        """Carry out a sequence, or the one that a choice comes to; what is left at its end may be visible."""
+    def run(self, choice: Choice, shape: Shape, is_whole: bool = False) -> None:
+        """Carry out a sequence, or the one that a choice comes to; a whole rule that made nothing shows its shape."""
         sequence, _ = choose(choice, self._scope(shape))
         if sequence is None:
             return
@@ -179,18 +182,18 @@ class _Branch:
         for item in sequence.items:
             match item:
                 case Invoke(name="NIL"):
-                    return
+                    self.model.fruitful.add(shape.node)
                 case Invoke() if item.name in OPERATIONS:
                     current = self._operate(item, current, shape)
                 case Invoke():
                     self.model.grow(current, item, self.child_numbers[id(item)], self._scope(current))
                 case Scoped():
-                    self.run(item.body, current, visible=False)
+                    self.run(item.body, current)
                 case Block():
                     self._divide(item, current)
                 case _:
                     raise DerivationError(f"the oracle does not know {item}", item.location)
-        if visible and not is_consumed(sequence):
+        if is_whole and shape.node not in self.model.fruitful:
             self.model.show(current)
 
     def _operate(self, item: Invoke, shape: Shape, began: Shape) -> Shape:
@@ -224,22 +227,6 @@ class _Branch:
                 self.block_numbers[id(item)] = len(self.block_numbers)
             for inner in _inner_sequences(item):
                 self._number(inner)
-
-
-def is_consumed(sequence: Sequence) -> bool:
-    """Whether a shape disappears: it has successors or a block, in brackets or out of them, or a NIL out of them."""
-    return makes_shapes(sequence) or any(isinstance(item, Invoke) and item.name == "NIL" for item in sequence.items)
-
-
-def makes_shapes(sequence: Sequence) -> bool:
-    for item in sequence.items:
-        if isinstance(item, Block):
-            return True
-        if isinstance(item, Invoke) and item.name != "NIL" and item.name not in OPERATIONS:
-            return True
-        if isinstance(item, Scoped) and any(makes_shapes(inner) for inner in _inner_sequences(item)):
-            return True
-    return False
 
 
 def _inner_sequences(item: object) -> list[Sequence]:

@@ -337,7 +337,9 @@ def _chosen(call: BoundCall, components: AbstractComponents, head: Head, availab
     value = head.argument.value
     if head.argument.keyword:
         return np.flatnonzero(available & _picked(components, str(value)))
-    target_index = np.rint(call.column(head.argument))
+    # Numbers go round: of six faces, 6 is the first and -1 the last one.
+    count = np.maximum(np.bincount(components.row, minlength=call.shapes.num), 1)
+    target_index = np.rint(call.column(head.argument)) % count
     return np.flatnonzero(available & (components.index == target_index[components.row]))
 
 

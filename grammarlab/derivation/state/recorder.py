@@ -35,6 +35,7 @@ class Recorder:
         self._nodes: list[tuple[Ids, Ids | None, int, int, Ids | None]] = []
         self._rules: list[tuple[Ids, int]] = []
         self._leaves: list[Shapes] = []
+        self._fruitful: list[Ids] | None = None
         self._draws: list[tuple[Ids, int, Floats, float | Floats]] = []
         self._reports: list[tuple[Ids, str, Floats]] = []
         self._missing_assets: set[MissingAsset] = set()
@@ -58,11 +59,27 @@ class Recorder:
             child: index of the successor in the parents' rule.
             in_block: whether one parent may have several of them.
         """
+        self.add_nothing(shapes)
         repeat = _count_in_run(shapes.node) if in_block else None
         self._nodes.append((shapes.model, shapes.node, symbol, child, repeat))
         if self.lineage is not None:
             self.lineage.add_children(shapes.node, child, repeat)
         return self._grow(shapes.num)
+
+    def add_nothing(self, shapes: Shapes) -> None:
+        """Note that the nodes of shapes are no leaves; `add_children` does so, too."""
+        if self._fruitful is not None:
+            self._fruitful.append(shapes.node)
+
+    def fruitless(self, apply: Callable[[], Shapes]) -> Shapes | None:
+        """Those of the shapes that operations end with whose nodes got neither a child nor NIL; None for none."""
+        outside, self._fruitful = self._fruitful, []
+        try:
+            shapes = apply()
+            rows = _missing_from(shapes.node, self._fruitful)
+            return shapes.take(rows) if len(rows) else None
+        finally:
+            self._fruitful = outside
 
     def set_rule(self, nodes: Ids, rule: int) -> None:
         """Record the rule that rewrote these nodes."""
@@ -75,11 +92,12 @@ class Recorder:
     def leaves_apart(self, derive: Callable[[], None]) -> list[Shapes]:
         """Shapes that a part of a derivation finishes; they are not leaves of the models."""
         outside, self._leaves = self._leaves, []
+        fruitful, self._fruitful = self._fruitful, None
         try:
             derive()
             return self._leaves
         finally:
-            self._leaves = outside
+            self._leaves, self._fruitful = outside, fruitful
 
     def finished(self) -> Iterator[Shapes]:
         """The finished shapes."""
@@ -213,6 +231,17 @@ def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> 
 def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) -> Ids:
     whole = [np.full(n, missing, np.int32) if c is None else c for c, n in zip(columns, counts, strict=True)]
     return _joined(whole, np.int32)
+
+
+def _missing_from(nodes: Ids, chunks: Sequence[Ids]) -> NDArray[np.int64]:
+    """Places [K] of those of ascending nodes [N] that are in none of the chunks, which consist of some of them."""
+    if any(len(chunk) == len(nodes) and (chunk == nodes).all() for chunk in chunks):
+        return np.zeros(0, np.int64)
+    first = int(nodes[0]) if len(nodes) else 0
+    is_missing = np.ones(len(nodes) and int(nodes[-1]) - first + 1, dtype=bool)
+    for chunk in chunks:
+        is_missing[chunk - first] = False
+    return np.flatnonzero(is_missing[nodes - first])
 
 
 def _count_in_run(values: Ids) -> Ids:

@@ -122,8 +122,6 @@ def _rule_requirements(choice: Choice) -> Requirements:
     always: set[Key] = set()
     for item in choice.items:
         if isinstance(item, Invoke):
-            if item.name == "NIL":
-                break
             if item.name not in builtins.operations():
                 always.add((item.name, len(item.arguments)))
         elif isinstance(item, Scoped):

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation import derive
+from grammarlab.geometry.meshes import measure
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import realize, triangles
-from tests.derivation.operations.leaves import world_meshes
+from tests.derivation.operations.leaves import symbols, world_meshes
 
 RECTANGLE = np.array([[0.0, 0, 0], [0, 0, 20], [30, 0, 20], [30, 0, 0]])
 L_SHAPE = np.array([[0.0, 0, 0], [0, 0, 12], [8, 0, 12], [8, 0, 22], [26, 0, 22], [26, 0, 0]])
@@ -44,6 +45,46 @@ def test_simple_masses_are_as_the_other_runtime_measured_them(rules, footprint, 
     assert found[0] == polygons
     assert found[1] == pytest.approx(area, rel=1e-6)
     assert np.allclose(found[2], [[0, 0, 0], far_corner], atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("rules", "low", "high", "areas"),
+    [
+        ("comp(f) { hip : A }", [0, 0, 0], [30, 5, 20], [1700]),
+        ("comp(f) { hip : A } t(1, 0, 0)", [0, 0, 1], [30, 5, 21], [1700]),
+        ("[ t(3, 0, 0) comp(f) { hip : A } ] t(0, 1, 0)", [0, 1, 0], [30, 6, 20], [1700]),
+        ("comp(f) { hip : A } comp(f) { 0 : A }", [0, 0, 0], [30, 0, 20], [600]),
+        ("split(x) { 0 : A }*", [0, 0, 0], [30, 5, 20], [1700]),
+        ("comp(f) { 0 : split(z) { 2 : A } | 1 : split(x) { 0 : B } }", [0, 0, 0], [30, 5, 20], [1700]),
+        ("comp(f) { 0 : comp(f) { hip : A } t(1, 0, 0) | 1 : t(0, 0, 1) }", [0, 0, 0], [30, 5, 20], [1700]),
+        ("comp(f) { 0 : NIL | 1 : [ NIL ] t(1, 0, 0) | 3 : A }", [0, 0, 20], [30, 5, 20], [150]),
+        ("split(x) { 10 : Q | ~1 : C }\nQ --> split(z) { 0 : A }", [0, 0, 0], [30, 5, 20], [1000, 1000]),
+        ("split(x) { 10 : split(z) { 0 : A } | ~1 : C }", [0, 0, 10], [30, 5, 20], [1000]),
+        ("NIL comp(f) { 0 : A }", [0, 0, 0], [30, 0, 20], [600]),
+        ("NIL A", [0, 0, 0], [30, 5, 20], [1700]),
+        ("comp(f) { 9 : A | 10 : B }", [0, 0, 0], [30, 5, 20], [100, 150]),
+        ("comp(f) { -1 : A }", [0, 0, 0], [30, 5, 0], [150]),
+    ],
+)
+def test_a_shape_is_a_leaf_where_its_rule_made_nothing(rules, low, high, areas):
+    forest = derive(Grammar.parse(f"Lot --> extrude(5) {rules}"), 1, seed=0, footprint=RECTANGLE)
+    meshes = world_meshes(forest)
+    assert sorted(measure.areas(meshes)) == pytest.approx(areas)
+    assert np.allclose([meshes.points.min(axis=0), meshes.points.max(axis=0)], [low, high])
+
+
+@pytest.mark.parametrize("rules", ["[ NIL ]", "[ t(1, 0, 0) NIL ]", "[ [ NIL ] ] t(1, 0, 0)", "comp(f) { all : NIL }"])
+def test_nil_hides_a_shape_wherever_it_stands(rules):
+    assert len(derive(Grammar.parse(f"Lot --> extrude(5) {rules}"), 1, seed=0).leaves) == 0
+
+
+def test_each_shape_of_a_batch_is_a_leaf_or_not_on_its_own():
+    text = "Lot --> split(x) { ~1 : Part }*\nPart --> 50% : comp(f) { hip : A } else : comp(f) { all : B }"
+    forest = derive(Grammar.parse(text), 9, seed=0, footprint=RECTANGLE)
+    fruitless = forest.draws.value == 0.0
+    made = np.array(symbols(forest))
+    assert (made == "Part").sum() == fruitless.sum() > 0
+    assert (made == "B").sum() == (~fruitless).sum() > 0
 
 
 @pytest.mark.parametrize(
