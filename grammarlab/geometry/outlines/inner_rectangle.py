@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
+from operator import itemgetter
 from typing import Literal
 
 import numpy as np
@@ -46,10 +47,10 @@ def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
     """The largest rectangle inside each face, and what remains of the face.
 
     Rectangles are projected along the axis nearest to the face's normal, so on a slanted face they are
-    parallelograms. Of equally large rectangles, the one nearest to the centroid of the face is used. A rectangle
-    begins with the edge most parallel to the first edge of the face; a remainder, which may have several pieces,
-    begins at its first corner in the order of the face. A face that is already an aligned rectangle has no
-    remainder; a face without area, or with crossing edges, is its own remainder.
+    parallelograms. Of equally large rectangles, one along the longest edge is used, and of these the one nearest to the
+    centroid of the face. A rectangle begins with the edge most parallel to the first edge of the face; a remainder,
+    which may have several pieces, begins at its first corner in the order of the face. A face that is already an
+    aligned rectangle has no remainder; a face without area, or with crossing edges, is its own remainder.
 
     Args:
         meshes: M meshes, in the axes of their scopes.
@@ -207,8 +208,8 @@ def _largest_over_directions(flat: Floats, loops: list[list[int]], alignment: Al
 
 
 def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float]]:
-    """Unit vectors along the longer edges, each direction once, quarter turns being the same."""
-    directions: dict[tuple[float, float], tuple[float, float]] = {}
+    """Unit vectors along the longer edges, the longest first, each once, quarter turns being the same."""
+    directions: dict[tuple[float, float], tuple[float, tuple[float, float]]] = {}
     for ring in loops:
         along = np.roll(flat[ring], -1, axis=0) - flat[ring]
         length = np.hypot(along[:, 0], along[:, 1])
@@ -216,8 +217,10 @@ def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float
             if size > _MIN_EDGE_SHARE * length.max():
                 quarters = [(x, y), (-y, x), (-x, -y), (y, -x)]
                 direction = next((a / size, b / size) for a, b in quarters if a > 0.0 and b >= 0.0)
-                directions.setdefault((round(direction[0], 9), round(direction[1], 9)), direction)
-    return list(directions.values())
+                name = round(direction[0], 9), round(direction[1], 9)
+                edge = round(size, 9), direction
+                directions[name] = max(directions.get(name, edge), edge, key=itemgetter(0))
+    return [direction for _, direction in sorted(directions.values(), key=itemgetter(0), reverse=True)]
 
 
 @dataclass(frozen=True, slots=True)

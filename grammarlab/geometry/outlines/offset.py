@@ -14,15 +14,15 @@ from grammarlab.geometry.outlines.straight_skeleton import Loop, sweep
 
 Keep = Literal["all", "inside", "border"]
 
-_RECTANGLE_FACES = ((4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
-_RECTANGLE_TAGS = (INSIDE, BORDER, BORDER, BORDER, BORDER)
+_RECTANGLE_FACES = ((0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), (4, 5, 6, 7))
+_RECTANGLE_TAGS = (BORDER, BORDER, BORDER, BORDER, INSIDE)
 
 
 def offset(meshes: Meshes, distance: Floats | float, keep: Keep = "all") -> Meshes:
     """Every face replaced by its offset polygons, by the ring between, or by both.
 
-    Offset polygons come first, tagged `INSIDE`; each begins at the part of the lowest edge that is left. Ring faces are
-    tagged `BORDER`, one for each edge in order, and begin with that edge. They face the other way for positive
+    Ring faces come first, tagged `BORDER`, one for each edge in order, and begin with that edge. Offset polygons are
+    tagged `INSIDE`; each begins at the part of the lowest edge that is left. Ring faces face the other way for positive
     distances, so that the signed areas of offset polygons and ring always add up to that of the face. A distance of 0
     (beside the size of the face) gives no ring. Where nothing is left inside, ``keep="inside"`` keeps the face itself,
     as CGA does; so does any offset of a face without area or with edges that cross.
@@ -101,8 +101,8 @@ def _shrunk(xy: Floats, distance: float) -> Patch | None:
     order = np.argsort(corners)
     inner = fill(result.xy, result.rest_from_first_edge(corners))
     border = [face for edge in order for face in result.faces[edge]]
-    tags = (INSIDE,) * len(inner) + (BORDER,) * len(border)
-    return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), (*inner, *border), tags)
+    tags = (BORDER,) * len(border) + (INSIDE,) * len(inner)
+    return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), (*border, *inner), tags)
 
 
 def _grown(xy: Floats, distance: float) -> Patch | None:
@@ -136,6 +136,6 @@ def _grown(xy: Floats, distance: float) -> Patch | None:
         first_new += len(result.xy) - len(ring)
     points = np.concatenate([*nodes, *moved])
     inner = fill(points, loops)
-    faces = (*inner, *(face for _, face in sorted(border)))
-    tags = (INSIDE,) * len(inner) + (BORDER,) * len(border)
+    faces = (*(face for _, face in sorted(border)), *inner)
+    tags = (BORDER,) * len(border) + (INSIDE,) * len(inner)
     return Patch(points, np.zeros(len(points)), tuple(corners), faces, tags)

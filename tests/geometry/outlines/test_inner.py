@@ -56,6 +56,16 @@ def test_in_rectilinear_polygons_no_rectangle_between_corners_is_larger(ring):
     assert extent(found_in(ring)) == pytest.approx(shapely.area(inside).max())
 
 
+@pytest.mark.parametrize("first", range(3))
+def test_of_the_equal_rectangles_of_a_triangle_the_one_on_the_longest_edge_is_used(first):
+    triangle = np.roll(np.array([(0, 0), (2, -11), (15, -3.0)]), first, axis=0)
+    longest = np.array([15, -3]) / np.hypot(15, -3)
+    result = inner_rectangle(lots([triangle]), "edge")
+    corners = result.meshes.points[result.meshes.corner_points()[:4]][:, [0, 2]]
+    along = (np.roll(corners, -1, axis=0) - corners) @ (longest * [1, -1])
+    assert sorted(np.abs(along)) == pytest.approx([0, 0, *[0.5 * np.hypot(15, 3)] * 2], abs=1e-9)
+
+
 @QUICK
 @given(st.one_of(stars(9), convex(8)), st.integers(0, 2**32 - 1))
 def test_no_random_rectangle_inside_is_larger(ring, seed):
