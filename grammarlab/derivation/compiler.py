@@ -141,6 +141,7 @@ class _Compilation:
             state_names=self._state_names(),
             most_successors=max((len(branch.successors) for branch in self._numbering.branches), default=0),
             uv_sets=mentioned_uv_sets(self._nodes),
+            has_trim_planes=_has_trim_planes(self._nodes),
             selects_streets=any(_selects_streets(node) for node in self._nodes),
             # Last: the functions that are called are known when everything is compiled.
             queries_context=not self._names.called.isdisjoint(CONTEXT_QUERIES),
@@ -308,6 +309,12 @@ def _selects_streets(node: Node) -> bool:
     if isinstance(node, Invoke):
         return node.name == "envelope"
     return isinstance(node, Name) and (node.identifier.startswith("street.") or node.identifier in STREET_ALIASES)
+
+
+def _has_trim_planes(nodes: Sequence[Node]) -> bool:
+    """Whether rules take faces apart and insert or trim meshes."""
+    names = {node.name for node in nodes if isinstance(node, Block | Invoke)}
+    return "comp" in names and any(name in ("i", "trim") or name.startswith("primitive") for name in names)
 
 
 def _is_random(node: Node) -> bool:

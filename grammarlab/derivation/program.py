@@ -55,6 +55,8 @@ class Program:
     uv_sets: frozenset[int]
     """Sets of texture coordinates that operations and expressions use; all sets if the number of one is computed."""
 
+    has_trim_planes: bool
+    """Whether rules take faces apart and insert or trim meshes, for which shapes remember trim planes."""
     selects_streets: bool
     """Whether rules use selectors such as ``street.front``, for which shapes remember the edges of their lots."""
     queries_context: bool

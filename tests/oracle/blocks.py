@@ -17,6 +17,7 @@ from tests.oracle.expressions import Scope, evaluate, number
 from tests.oracle.operations import argument
 from tests.oracle.shape import AXES, Mesh, Shape, Vector
 from tests.oracle.streets import borders, remembering
+from tests.oracle.trims import planes_of
 
 
 @dataclass(frozen=True)
@@ -109,9 +110,11 @@ def comp(block: Block, scope: Scope) -> list[Piece]:
             turns = 0 if isinstance(index, bool) else round(float(index))
             taken = [i for i in free if index is True or (index is not False and i == turns % len(found))]
         free = [i for i in free if i not in taken]
-        shapes = [found[i].shape for i in taken]
+        shapes = [
+            replace(found[i].shape, planes=planes_of(shape, i, found[i].shape) if kind == "f" else ()) for i in taken
+        ]
         if part.inclusive and taken:
-            shapes = [joined_faces(shape, taken)]
+            shapes = [replace(joined_faces(shape, taken), planes=())]
         for index, selected in enumerate(shapes):
             state = {"comp.index": float(index), "comp.total": float(len(shapes)), "comp.sel": name}
             number = taken[index]

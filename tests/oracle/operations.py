@@ -13,6 +13,7 @@ from grammarlab.language.syntax.syntax_tree import Binary, Expression, Floating,
 from tests.oracle.components import unit
 from tests.oracle.expressions import Scope, evaluate, number
 from tests.oracle.shape import AXES, Mesh, Shape, Value, Vector, newell, normal
+from tests.oracle.trims import trimmed
 
 KEYWORDS = {
     "center": {"x", "y", "z", "xy", "xz", "yz", "xyz"},
@@ -217,7 +218,7 @@ def primitive(mesh: Mesh, call: Call, own: Vector | None = None) -> Shape:
     stretch = np.divide(size, high - low, out=np.zeros(3), where=high > low)
     filled = replace(shape, size=size, mesh=mesh.moved(lambda p: (p - low) * stretch))
     # With two or three dimensions to choose, the mesh also keeps its place along them.
-    return filled.shifted(np.where(empty, scale * low, 0.0)) if empty.sum() >= 2 else filled
+    return trimmed(filled.shifted(np.where(empty, scale * low, 0.0)) if empty.sum() >= 2 else filled)
 
 
 def insert(call: Call) -> Shape:

@@ -113,6 +113,15 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Plane:
+    """A trim plane: what has ``normal @ point > level`` in the world lies beyond it."""
+
+    normal: Vector
+    level: float
+    is_vertical: bool
+
+
+@dataclass(frozen=True)
 class Shape:
     """A shape under derivation. A local point p lies in the world at ``position + rotation @ p``."""
 
@@ -136,6 +145,8 @@ class Shape:
     """The node whose rule is being carried out."""
     lot: Lot | None = None
     """None where nothing is known of streets."""
+    planes: tuple[Plane, ...] = ()
+    """Trim planes of the face that the shape is or comes from."""
     place: Place | None = None
     """None where nothing is known of streets, and for geometry that is not of the lot."""
 

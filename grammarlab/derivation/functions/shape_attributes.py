@@ -25,7 +25,7 @@ STATE_DEFAULTS: dict[str, float | str | bool] = {
     "comp.index": 0.0,
     "comp.total": 0.0,
     "comp.sel": "",
-    "trim.horizontal": True,
+    "trim.horizontal": False,
     "trim.vertical": True,
     **dict.fromkeys(PIVOT_POSITION, 0.0),
     **{f"material.{name}": value for name, value in REMEMBERED.items()},

@@ -40,8 +40,8 @@ _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
 _SEEDIANS = np.uint64(0x5EED)
 """Key below which the keys of shapes with a given seedian are folded."""
-_WITHOUT_EFFECT = ("trim.",)
-"""Settable names that have no effect."""
+_OF_PLANES = ("trim.vertical", "trim.horizontal")
+"""Settable names that only trimmed shapes depend on."""
 
 
 def color(call: BoundCall) -> Shapes:
@@ -76,7 +76,7 @@ def set_attribute(call: BoundCall) -> Shapes:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
     if name.startswith("material."):
         return _set_material(call, name.removeprefix("material."), argument)
-    if name.startswith(_WITHOUT_EFFECT):
+    if name in _OF_PLANES:
         return call.shapes
     if "." in name:
         raise call.error(f"{name} cannot be set: it is not a material attribute, and no imported file defines it")

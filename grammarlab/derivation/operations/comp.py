@@ -29,6 +29,7 @@ from grammarlab.derivation.functions.street_sides import (
 from grammarlab.derivation.state.box_orders import kinds
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
+from grammarlab.derivation.state.trim_planes import NONE, TRIM, with_trim_ids
 from grammarlab.geometry import components as parts_of
 from grammarlab.geometry.components import connected_faces, face_edges, face_vertices, joined, unaligned, upwards
 from grammarlab.geometry.lot_sides import Sides
@@ -357,7 +358,18 @@ def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: H
     placed = components.shapes_of(chosen, join, aligned, head.text)
     parts = shapes.parts(*placed[:5])
     parts = with_pivot(parts, placed.pivot, parts.frame, call.workspace) if aligned else parts
+    parts = _with_planes(call, parts, placed.row, components.index[chosen], join)
     return BoundPart(_indexed(call, parts, placed.row, head), components.index[chosen[placed.first]])
+
+
+def _with_planes(call: BoundCall, parts: Shapes, row: Rows, index: Rows, join: Join) -> Shapes:
+    """Components with the trim planes of their faces; edges, corners and joined faces have none."""
+    if TRIM not in parts.state:
+        return parts
+    alone = (call.shapes.mesh == FACE) | (call.shapes.mesh == FOOTPRINT)
+    if call.words[0] != "f" or join != "each" or alone.all() or "noAlign" in call.words:
+        return with_trim_ids(parts, np.full(parts.num, NONE, dtype=np.int32))
+    return with_trim_ids(parts, call.workspace.trim_planes.add(call.shapes, row, index, parts))
 
 
 def _indexed(call: BoundCall, parts: Shapes, row: Rows, head: Head) -> Shapes:

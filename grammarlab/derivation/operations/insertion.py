@@ -6,12 +6,13 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.assets.mesh_parts import PartMaterial
-from grammarlab.derivation.calls.calls import BoundCall, Operation
+from grammarlab.derivation.calls.calls import BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.texture_transfer import without_maps
 from grammarlab.derivation.materials import CHANNELS
 from grammarlab.derivation.state.corner_maps import with_face_maps
 from grammarlab.derivation.state.mesh_table import mirrored, upright
 from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Ids, Shapes
+from grammarlab.derivation.state.trim_planes import trim
 from grammarlab.geometry.meshes import primitives
 
 _INSERT_WORDS = frozenset(
@@ -144,6 +145,16 @@ def fitted(shapes: Shapes, mesh: int, asset_size: Floats, low: Floats, call: Bou
     return shapes._replace(size=size, position=position)
 
 
+def trim_shapes(call: BoundCall) -> Shapes:
+    """``trim()``: shapes without what lies beyond their trim planes."""
+    return trim(call.shapes, call.workspace.trim_planes, call.workspace.meshes, call.workspace.frames)
+
+
+def _trimming(apply: OperationFunction) -> OperationFunction:
+    """An operation whose new geometry is trimmed."""
+    return lambda call: trim_shapes(call._replace(shapes=apply(call)))
+
+
 def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
     """``primitiveX(counts, dimensions)``: fitted to the scope, or with dimensions centred in it.
 
@@ -164,7 +175,7 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
             return fitted(call.shapes, 0, size, np.zeros(3), call)._replace(mesh=mesh)
         return _standing(call, call.shapes, mesh, _extent(name, dimensions, call.shapes.num))
 
-    return Operation(apply, num_arguments=(0, num_counts + num_dimensions))
+    return Operation(_trimming(apply), num_arguments=(0, num_counts + num_dimensions))
 
 
 def _mesh(call: BoundCall, name: str, counts: list[float | Floats]) -> Ids:
@@ -225,11 +236,12 @@ _MAKERS = {
 }
 
 OPERATIONS: dict[str, Operation] = {
-    "i": Operation(i, _INSERT_WORDS, (1, 4)),
+    "i": Operation(_trimming(i), _INSERT_WORDS, (1, 4)),
     "primitiveCone": _primitive("cone", 1, 2),
     "primitiveCube": _primitive("cube", 0, 3),
     "primitiveCylinder": _primitive("cylinder", 1, 2),
     "primitiveDisk": _primitive("disk", 1, 1),
     "primitiveQuad": _primitive("quad", 0, 2),
     "primitiveSphere": _primitive("sphere", 2, 1),
+    "trim": Operation(trim_shapes),
 }

@@ -21,6 +21,7 @@ from grammarlab.derivation.state.shapes import Shapes, Value, join_values, take_
 from grammarlab.derivation.state.street_outlines import PLAN, StreetOutlines
 from grammarlab.derivation.state.surroundings import Collector, Surroundings
 from grammarlab.derivation.state.texture_maps import TextureMapTable, map_name
+from grammarlab.derivation.state.trim_planes import TrimPlanes
 from grammarlab.derivation.state.width_attribute import StreetWidth, has_widths, widths_of_models
 from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import (
@@ -105,6 +106,7 @@ class Workspace:
     compared_pairs: int = 0
     """Pairs of shapes that spatial queries have compared."""
     tables: ArrayTable = field(default_factory=ArrayTable)
+    trim_planes: TrimPlanes = field(default_factory=TrimPlanes)
     texture_maps: TextureMapTable = field(default_factory=TextureMapTable)
     count_again_at: int = field(init=False)
     """Number of nodes up to which no model can have exceeded its budget."""

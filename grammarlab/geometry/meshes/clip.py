@@ -81,6 +81,27 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
     return Soup.concatenate([faces, *closing]).meshes(points, owner, len(mesh))
 
 
+def part_behind(meshes: Meshes, normals: Floats, levels: Floats) -> Meshes:
+    """The part of each mesh where ``normal @ point <= level``, without caps; a normal of zero leaves a mesh whole.
+
+    Args:
+        meshes: M meshes.
+        normals: [M, 3] unit normals or zero.
+        levels: [M] metres.
+    """
+    of_point = meshes.mesh_of_point()
+    distance = levels.take(of_point) - dot(normals.take(of_point, axis=0), meshes.points)
+    distance[np.abs(distance) <= _slack(meshes).take(of_point)] = 0.0
+    faces = Soup.of_faces(meshes, np.arange(meshes.num_faces))
+    at_corner = distance.take(faces.rows)
+    highest, lowest = max_rows(at_corner, faces.offsets, 0.0), -max_rows(-at_corner, faces.offsets, 0.0)
+    crossing = (highest > 0.0) & (lowest < 0.0)
+    cut = _cut_faces(faces.where(crossing), meshes.points, distance, -normals)
+    kept = Soup.concatenate([faces.where(~crossing & (lowest >= 0.0)), cut.faces])
+    points = np.concatenate((meshes.points, cut.points))
+    return kept.meshes(points, np.concatenate((of_point, cut.mesh_of_point)), len(meshes))
+
+
 @dataclass(frozen=True, slots=True)
 class _Extent:
     """Beginnings and ends of faces and meshes along an axis."""

@@ -1,0 +1,174 @@
+"""Trim planes: planes through the edges that faces shared before ``comp(f)`` took them apart.
+
+A shape refers to the face that it is or comes from by an id, and the planes are computed when an inserted mesh or
+``trim`` needs them. A plane halves the angle between two faces, so that what is inserted on one of them ends there. It
+stays where it is when shapes move. Planes of edges at less than 40 degrees to the xz plane of the face's axes are
+horizontal and apply only after ``set(trim.horizontal, true)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammarlab.arrays import Flags, Floats
+from grammarlab.derivation.frames import FrameTable
+from grammarlab.derivation.state.box_orders import is_box
+from grammarlab.derivation.state.mesh_table import MeshTable, normalized, scaled
+from grammarlab.derivation.state.shapes import EMPTY, Ids, Shapes
+from grammarlab.geometry.meshes.trim import SharedPlanes, shared_planes, trimmed
+
+TRIM = "trim planes"
+"""Name in `Shapes.state` of the ids of faces; no attribute can have it."""
+NONE = -1
+"""Id of a shape without trim planes."""
+_SLACK = 1e-9
+"""Metres by which scopes may reach beyond planes."""
+_STEEP = float(np.sin(np.radians(40.0)))
+"""Height of the direction of an edge above which its plane is vertical."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Faces:
+    """Faces of one ``comp(f)``."""
+
+    first: int
+    """Id of the first one."""
+    whole: Shapes
+    """[N] the shapes that were divided."""
+    row: NDArray[np.int64]
+    """[K] the shape that each face belongs to, ascending."""
+    face: NDArray[np.int64]
+    """[K] its number there."""
+    frame: Ids
+    """[K] its axes."""
+    position: Floats
+    """[K, 3] its first corner."""
+    size: Floats
+    """[K, 3] its size along its axes."""
+
+
+class TrimPlanes:
+    """Faces whose shared edges give planes, in one derivation."""
+
+    def __init__(self) -> None:
+        self._batches: list[_Faces] = []
+        self._used = 0
+        self._box_faces: list[tuple[Ids, Floats, Floats]] = []
+
+    def add(self, whole: Shapes, row: NDArray[np.int64], face: NDArray[np.int64], parts: Shapes) -> Ids:
+        """Ids [K] of faces of shapes, which are parts in their own axes."""
+        self._batches.append(_Faces(self._used, whole, row, face, parts.frame, parts.position, parts.size))
+        self._used += len(row)
+        axes = np.where(is_box(whole.mesh[row]), parts.frame, np.int32(-1))
+        self._box_faces.append((axes, parts.position, parts.size[:, 0]))
+        return np.arange(self._used - len(row), self._used, dtype=np.int32)
+
+    def holds(self, ids: Ids, shapes: Shapes, frames: FrameTable) -> Flags:
+        """[N] whether scopes of shapes surely lie within the vertical planes of faces [N] of boxes.
+
+        It compares scopes that have the axes of the face, as most parts of a wall have, without computing planes.
+        """
+        axes, corner, width = (np.concatenate(column) for column in zip(*self._box_faces, strict=True))
+        away = shapes.position - corner.take(ids, axis=0)
+        x = np.einsum("ij,ij->i", frames.axis(shapes.frame, 0), away)
+        z = np.einsum("ij,ij->i", frames.axis(shapes.frame, 2), away)
+        room = np.minimum(x, width.take(ids) - x - shapes.size[:, 0]) + z
+        return (axes.take(ids) == shapes.frame) & (room >= -_SLACK) & (shapes.size[:, 2] >= 0.0)
+
+    def planes(self, ids: Ids, meshes: MeshTable, frames: FrameTable) -> tuple[SharedPlanes, Flags]:
+        """Planes of faces [K], none of them `NONE`, in world axes, sorted by face; and whether each is vertical."""
+        starts = [batch.first for batch in self._batches]
+        of_batch = np.searchsorted(starts, ids, side="right") - 1
+        parts, steep = [], []
+        for number in np.unique(of_batch).tolist():
+            rows = np.flatnonzero(of_batch == number)
+            batch = self._batches[number]
+            index = ids[rows] - batch.first
+            boxes = is_box(batch.whole.mesh[batch.row[index]])
+            if boxes.any():
+                planes, is_vertical = _of_box_faces(batch, index[boxes], frames)
+                parts.append(planes.of_rows(rows[boxes]))
+                steep.append(is_vertical)
+            rows, index = rows[~boxes], index[~boxes]
+            if len(rows) == 0:
+                continue
+            used, mesh = np.unique(batch.row[index], return_inverse=True)
+            whole = batch.whole.take(used)
+            local = scaled(meshes.take(whole.mesh), whole.size)
+            turned = frames.to_world(whole.frame[local.mesh_of_point()], local.points)
+            placed = local.with_points(turned + whole.position[local.mesh_of_point()])
+            planes = shared_planes(placed, placed.mesh_faces[mesh.ravel()] + batch.face[index])
+            up = frames.axis(batch.frame[index], 1)[planes.row]
+            steep.append(np.abs(np.einsum("pk,pk->p", planes.direction, up)) >= _STEEP)
+            parts.append(planes.of_rows(rows))
+        joined = SharedPlanes.concatenate(parts)
+        order = np.argsort(joined.row, kind="stable")
+        return joined.take(order), np.concatenate(steep)[order]
+
+
+def _of_box_faces(batch: _Faces, index: NDArray[np.int64], frames: FrameTable) -> tuple[SharedPlanes, Flags]:
+    """Planes of faces [K] of boxes, four for each: left, right, below and above."""
+    axes = frames.rotations(batch.frame[index])
+    x, y, z = axes[:, :, 0], axes[:, :, 1], axes[:, :, 2]
+    near = batch.position[index]
+    far = near + x * batch.size[index, :1] + y * batch.size[index, 1:2]
+    normal = np.stack((-x - z, x - z, -y - z, y - z), axis=1) * np.sqrt(0.5)
+    level = np.einsum("kpj,kpj->kp", normal, np.stack((near, far, near, far), axis=1))
+    direction = np.stack((y, y, x, x), axis=1)
+    row = np.repeat(np.arange(len(index)), 4)
+    planes = SharedPlanes(row, normal.reshape(-1, 3), level.ravel(), direction.reshape(-1, 3))
+    return planes, np.tile([True, True, False, False], len(index))
+
+
+def trim_ids(shapes: Shapes) -> Ids:
+    """[N] faces whose planes trim shapes; the grammar has trim planes."""
+    return cast("Ids", shapes.state[TRIM])
+
+
+def with_trim_ids(shapes: Shapes, ids: Ids) -> Shapes:
+    """The same shapes with other planes [N]."""
+    return shapes._replace(state={**shapes.state, TRIM: ids})
+
+
+def trim(shapes: Shapes, planes: TrimPlanes, meshes: MeshTable, frames: FrameTable) -> Shapes:
+    """Shapes without what lies beyond their planes, their scopes fitted; cuts are not closed, as in CityEngine."""
+    if TRIM not in shapes.state:
+        return shapes
+    rows = np.flatnonzero((trim_ids(shapes) != NONE) & (shapes.mesh != EMPTY))
+    if len(rows) == 0:
+        return shapes
+    if "trim.horizontal" not in shapes.state:
+        held = planes.holds(trim_ids(shapes)[rows], shapes if len(rows) == shapes.num else shapes.take(rows), frames)
+        rows = rows[~held]
+        if len(rows) == 0:
+            return shapes
+    shared, is_vertical = planes.planes(trim_ids(shapes)[rows], meshes, frames)
+    row = rows[shared.row]
+    vertical, horizontal = _enabled(shapes, "trim.vertical", True), _enabled(shapes, "trim.horizontal", False)
+    applies = np.where(is_vertical, vertical[row], horizontal[row])
+    reach = np.einsum("pk,pk->p", shared.normal, shapes.position[row]) - shared.level
+    sizes = np.einsum("pk,pkj->pj", shared.normal, frames.rotations(shapes.frame[row])) * shapes.size[row]
+    farthest = reach + np.maximum(sizes, 0.0).sum(axis=1)
+    slack = 1e-9 * (1.0 + np.abs(shared.level) + np.abs(shapes.size[row]).max(axis=1))
+    cuts = np.flatnonzero(applies & (farthest > slack))
+    if len(cuts) == 0:
+        return shapes
+    used, owner = np.unique(row[cuts], return_inverse=True)
+    chosen = shapes.take(used)
+    rotations = frames.rotations(chosen.frame)
+    owner = owner.ravel()
+    normal = np.einsum("pkj,pk->pj", rotations[owner], shared.normal[cuts])
+    local = trimmed(scaled(meshes.take(chosen.mesh), chosen.size), owner, normal, -reach[cuts])
+    unit, low, size = normalized(local)
+    position, sizes, mesh = shapes.position.copy(), shapes.size.copy(), shapes.mesh.copy()
+    position[used] = chosen.position + frames.to_world(chosen.frame, low)
+    sizes[used], mesh[used] = size, meshes.add(unit)
+    return shapes.rescoped(position, sizes, shapes.frame, mesh)
+
+
+def _enabled(shapes: Shapes, name: str, default: bool) -> Flags:
+    return np.broadcast_to(np.asarray(shapes.state.get(name, default), dtype=bool), shapes.num)
