@@ -46,6 +46,8 @@ from grammarlab.language.syntax.syntax_tree import (
 )
 from grammarlab.language.syntax.syntax_tree import Sequence as SyntaxSequence
 
+_TRIM_SWITCHES = ("trim.vertical", "trim.horizontal")
+
 
 def mentioned_uv_sets(nodes: Iterable[Node]) -> frozenset[int]:
     """Sets that operations and expressions of a rule file use; all sets if the number of one is computed."""
@@ -127,6 +129,7 @@ class _Compilation:
             number: sorted(self._rules[callee] for callee in self._invoked[key] & self._rules.keys())
             for key, number in self._rules.items()
         }
+        rule_nodes = {key: list(walk(rule.body)) for key, rule in grammar.rules.items()}
         return Program(
             symbols=self._numbering.symbols,
             rule_names=tuple(
@@ -141,7 +144,8 @@ class _Compilation:
             state_names=self._state_names(),
             most_successors=max((len(branch.successors) for branch in self._numbering.branches), default=0),
             uv_sets=mentioned_uv_sets(self._nodes),
-            has_trim_planes=_has_trim_planes(self._nodes),
+            has_trim_planes=_has_trim_planes(rule_nodes, self._invoked),
+            trims_again=_trims_again(self._nodes),
             selects_streets=any(_selects_streets(node) for node in self._nodes),
             # Last: the functions that are called are known when everything is compiled.
             queries_context=not self._names.called.isdisjoint(CONTEXT_QUERIES),
@@ -311,10 +315,34 @@ def _selects_streets(node: Node) -> bool:
     return isinstance(node, Name) and (node.identifier.startswith("street.") or node.identifier in STREET_ALIASES)
 
 
-def _has_trim_planes(nodes: Sequence[Node]) -> bool:
-    """Whether rules take faces apart and insert or trim meshes."""
-    names = {node.name for node in nodes if isinstance(node, Block | Invoke)}
-    return "comp" in names and any(name in ("i", "trim") or name.startswith("primitive") for name in names)
+def _has_trim_planes(
+    rules: Mapping[SymbolKey, Sequence[Node]], calls: Mapping[SymbolKey, frozenset[SymbolKey]]
+) -> bool:
+    """Whether rules insert or trim meshes below components, by which trim planes may show.
+
+    Args:
+        rules: the nodes of each rule.
+        calls: the symbols that each rule calls directly.
+    """
+    trimming = _spread({key for key, nodes in rules.items() if any(map(_trims, nodes))}, calls)
+    blocks = (node for nodes in rules.values() for node in nodes if isinstance(node, Block) and node.name == "comp")
+    inside = [node for block in blocks for node in walk(block.group)]
+    return any(map(_trims, inside)) or not trimming.isdisjoint(_invoked(inside))
+
+
+def _trims_again(nodes: Iterable[Node]) -> bool:
+    """Whether rules may switch trim planes on; if not, shapes need none while they are off."""
+    changes = [node.arguments for node in nodes if isinstance(node, Invoke) and node.name == "set"]
+    return any(len(change) == 2 and _may_be_switch(change[0]) and change[1] != Boolean(False) for change in changes)
+
+
+def _may_be_switch(target: Expression) -> bool:
+    """Whether ``set`` says whether planes apply; a target that is not a name may be any attribute."""
+    return not isinstance(target, Name) or target.identifier in _TRIM_SWITCHES
+
+
+def _trims(node: Node) -> bool:
+    return isinstance(node, Invoke) and (node.name in ("i", "trim") or node.name.startswith("primitive"))
 
 
 def _is_random(node: Node) -> bool:

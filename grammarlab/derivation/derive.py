@@ -34,7 +34,7 @@ from grammarlab.derivation.state.mesh_table import MeshTable, normalized
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import FOOTPRINT, Ids, Shapes, concatenate
 from grammarlab.derivation.state.surroundings import Collector, Surroundings, visible
-from grammarlab.derivation.state.trim_planes import NONE, TRIM
+from grammarlab.derivation.state.trim_planes import NONE, TRIM, TrimPlanes
 from grammarlab.derivation.state.workspace import Budget, Workspace
 from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import BudgetError, UsageError
@@ -322,12 +322,13 @@ def _prepare(
         assets=assets,
         collector=collector,
         surroundings=surroundings,
+        trim_planes=TrimPlanes(stay_off=not program.trims_again),
     )
     if program.selects_streets:
         workspace.streets = streets_of_lots(lots, workspace)
     state = {**initial_maps(roots, workspace), **initial_plans(workspace)}
     if program.has_trim_planes:
-        state[TRIM] = np.full(roots.num, NONE, dtype=np.int32)
+        state[TRIM] = NONE
     workspace.roots = roots._replace(state=state)
     workspace.recorder.add_roots(roots.model, np.array(symbols, dtype=np.int32)[lots.start_rule])
     return workspace

@@ -56,7 +56,9 @@ class Program:
     """Sets of texture coordinates that operations and expressions use; all sets if the number of one is computed."""
 
     has_trim_planes: bool
-    """Whether rules take faces apart and insert or trim meshes, for which shapes remember trim planes."""
+    """Whether rules insert or trim meshes below components, for which shapes remember trim planes."""
+    trims_again: bool
+    """Whether rules may switch trim planes on, so that shapes keep planes that are off."""
     selects_streets: bool
     """Whether rules use selectors such as ``street.front``, for which shapes remember the edges of their lots."""
     queries_context: bool

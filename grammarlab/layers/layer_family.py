@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from grammarlab.facade.grammar.exact_grammar import write_exact
-from grammarlab.facade.grammar.rule_text import RuleNames, number
+from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, number
 from grammarlab.facade.looks import THICKNESS
 from grammarlab.facade.tree import Facade
 from grammarlab.language.formatting import format_grammar
@@ -70,7 +70,7 @@ def write_variants(variants: Sequence[FamilyVariant], title: str) -> WrittenVari
             for variant, front in zip(variants, fronts, strict=True)
             if variant.canvas == canvas
         ]
-        bodies = [f"s({size}, {THICKNESS}) primitiveCube() comp(f) {{ front : {front} }}" for _, front in canvas_fronts]
+        bodies = [front_of_box(f"{size}, {THICKNESS}", front) for _, front in canvas_fronts]
         head.append(_choice(start, [probability for probability, _ in canvas_fronts], bodies))
     text = format_grammar(Grammar.parse("\n".join([*head, *lines])))
     return WrittenVariants(text, len(Grammar.parse(text).rules), alone)

@@ -15,7 +15,7 @@ from PIL import Image, ImageDraw
 from shapely.geometry.polygon import orient
 
 from grammarlab.arrays import Floats
-from grammarlab.facade.grammar.rule_text import RuleNames, leaf_body, number, rule_name
+from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, leaf_body, number, rule_name
 from grammarlab.facade.looks import THICKNESS
 from grammarlab.facade.reading.annotation import annotate
 from grammarlab.facade.reading.assembling import LARGEST, Assembled, assemble
@@ -137,7 +137,7 @@ def write_terminals(match: Match) -> str | None:
     span = right_edge - left_edge + 2 * _BORDER_M
     lines += [
         "@StartRule",
-        f"Lot --> s({number(span, 3)}, {number(height, 3)}, {THICKNESS}) primitiveCube() comp(f) {{ front : Facade }}",
+        f"Lot --> {front_of_box(f'{number(span, 3)}, {number(height, 3)}, {THICKNESS}', 'Facade')}",
     ]
     stories, below = [], bands[0][0] - _BORDER_M
     for index, (row, (bottom, top)) in enumerate(zip(rows, bands, strict=True)):

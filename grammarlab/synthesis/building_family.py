@@ -13,7 +13,7 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.facade.grammar.bands import Repeat, repeated_runs
 from grammarlab.facade.grammar.family import HEIGHT, WIDTH, Around, Range, WrittenFamily
-from grammarlab.facade.grammar.rule_text import RuleNames, number, rule_name
+from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, number, rule_name
 from grammarlab.facade.grammar.storeys import Storeys, storeys_of
 from grammarlab.facade.grammar.walks import KindSequence
 from grammarlab.facade.looks import THICKNESS
@@ -180,14 +180,14 @@ class _Writer:
 
 
 def _wall(tiling: Tiling, growth: BuildingGrowth, rule: str) -> str:
-    """CGA of a wall: the front of a box behind it, which splits need."""
+    """CGA of a wall: the front of a box behind it."""
     side = tiling.region.side
     low, high = (np.array([tiling.columns[end], tiling.rows[end], tiling.plane]) @ VIEWS[side] for end in (0, -1))
     width, height, depth = growth.size(np.minimum(low, high), np.maximum(low, high))
     turn = f" r(0, {90 * side}, 0)" if side else ""
     size = f"{depth if side % 2 else width}, {height}, 1"
     position = ", ".join(growth.position(low))
-    return f"[ t({position}){turn} t(0, 0, -1) s({size}) primitiveCube() comp(f) {{ front : {rule} }} ]"
+    return f"[ t({position}){turn} t(0, 0, -1) {front_of_box(size, rule)} ]"
 
 
 def _placed(growth: BuildingGrowth, low: Floats, high: Floats) -> tuple[str, str]:

@@ -13,7 +13,7 @@ import numpy as np
 from manifold3d import Manifold, Mesh64
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.facade.grammar.rule_text import RuleNames, number, rule_name
+from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, number, rule_name
 from grammarlab.synthesis.analysis.example import Example, Region
 from grammarlab.synthesis.assembly import Tiling
 from grammarlab.synthesis.mesh.solids import solid_of, surface_of
@@ -123,10 +123,7 @@ def building_rules(
         low = np.array([tiling.columns[0], tiling.rows[0], tiling.plane]) @ VIEWS[tiling.region.side] - origin
         size = np.array([tiling.columns[-1] - tiling.columns[0], tiling.rows[-1] - tiling.rows[0], 1.0])
         turn = f" r(0, {90 * tiling.region.side}, 0)" if tiling.region.side else ""
-        # Splits need a shape: the front of a box behind the wall.
-        start.append(
-            f"[ t({_list(low)}){turn} t(0, 0, -1) s({_list(size)}) primitiveCube() comp(f) {{ front : {rule} }} ]"
-        )
+        start.append(f"[ t({_list(low)}){turn} t(0, 0, -1) {front_of_box(_list(size), rule)} ]")
         rules += _rows(rule, cut, tiling, names, colors, terminals)
     head = f'// {title}\nversion "2023.0"\n\n@StartRule\nLot -->\n    ' + "\n    ".join([*start, "NIL"])
     return BuildingRules("\n\n".join([head, *rules]) + "\n", tuple(terminals))

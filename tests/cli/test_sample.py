@@ -244,7 +244,7 @@ def test_what_is_left_out_or_cannot_be_carried_out_is_told_once(run, rules, tmp_
     )
     rules("A --> softenNormals(30) extrude(3)", "lib.cga")
     told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr.splitlines()
-    assert told[0] == "ignored, since no shape or colour depends on it: setNormals, softenNormals, trim.vertical"
+    assert told[0] == "ignored, since no shape or colour depends on it: setNormals, softenNormals"
     assert told[1].startswith('not supported: the import "gone.cga", which cannot be read, the operation cleanupG')
 
 

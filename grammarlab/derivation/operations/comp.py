@@ -368,7 +368,7 @@ def _with_planes(call: BoundCall, parts: Shapes, row: Rows, index: Rows, join: J
         return parts
     alone = (call.shapes.mesh == FACE) | (call.shapes.mesh == FOOTPRINT)
     if call.words[0] != "f" or join != "each" or alone.all() or "noAlign" in call.words:
-        return with_trim_ids(parts, np.full(parts.num, NONE, dtype=np.int32))
+        return with_trim_ids(parts, NONE)
     return with_trim_ids(parts, call.workspace.trim_planes.add(call.shapes, row, index, parts))
 
 

@@ -19,12 +19,15 @@ from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.box_orders import is_box
 from grammarlab.derivation.state.mesh_table import MeshTable, normalized, scaled
 from grammarlab.derivation.state.shapes import EMPTY, Ids, Shapes
-from grammarlab.geometry.meshes.trim import SharedPlanes, shared_planes, trimmed
+from grammarlab.geometry.meshes.clip import trimmed
+from grammarlab.geometry.meshes.shared_planes import SharedPlanes, shared_planes
+
+FaceIds = NDArray[np.int64]
 
 TRIM = "trim planes"
 """Name in `Shapes.state` of the ids of faces; no attribute can have it."""
 NONE = -1
-"""Id of a shape without trim planes."""
+"""Id of shapes without trim planes; as long as it is that of all shapes of a column, a constant."""
 _SLACK = 1e-9
 """Metres by which scopes may reach beyond planes."""
 _STEEP = float(np.sin(np.radians(40.0)))
@@ -54,20 +57,24 @@ class _Faces:
 class TrimPlanes:
     """Faces whose shared edges give planes, in one derivation."""
 
-    def __init__(self) -> None:
+    def __init__(self, stay_off: bool) -> None:
+        """No faces yet; ``stay_off``: whether planes that are switched off are never switched on again."""
+        self._stay_off = stay_off
         self._batches: list[_Faces] = []
         self._used = 0
         self._box_faces: list[tuple[Ids, Floats, Floats]] = []
 
-    def add(self, whole: Shapes, row: NDArray[np.int64], face: NDArray[np.int64], parts: Shapes) -> Ids:
-        """Ids [K] of faces of shapes, which are parts in their own axes."""
+    def add(self, whole: Shapes, row: NDArray[np.int64], face: NDArray[np.int64], parts: Shapes) -> FaceIds | int:
+        """Ids of faces [K] of shapes, which are parts in their own axes; `NONE` if no planes will ever apply."""
+        if self._stay_off and _vertical(parts) is False and _horizontal(parts) is False:
+            return NONE
         self._batches.append(_Faces(self._used, whole, row, face, parts.frame, parts.position, parts.size))
         self._used += len(row)
         axes = np.where(is_box(whole.mesh[row]), parts.frame, np.int32(-1))
         self._box_faces.append((axes, parts.position, parts.size[:, 0]))
-        return np.arange(self._used - len(row), self._used, dtype=np.int32)
+        return np.arange(self._used - len(row), self._used)
 
-    def holds(self, ids: Ids, shapes: Shapes, frames: FrameTable) -> Flags:
+    def holds(self, ids: FaceIds, shapes: Shapes, frames: FrameTable) -> Flags:
         """[N] whether scopes of shapes surely lie within the vertical planes of faces [N] of boxes.
 
         It compares scopes that have the axes of the face, as most parts of a wall have, without computing planes.
@@ -79,7 +86,7 @@ class TrimPlanes:
         room = np.minimum(x, width.take(ids) - x - shapes.size[:, 0]) + z
         return (axes.take(ids) == shapes.frame) & (room >= -_SLACK) & (shapes.size[:, 2] >= 0.0)
 
-    def planes(self, ids: Ids, meshes: MeshTable, frames: FrameTable) -> tuple[SharedPlanes, Flags]:
+    def planes(self, ids: FaceIds, meshes: MeshTable, frames: FrameTable) -> tuple[SharedPlanes, Flags]:
         """Planes of faces [K], none of them `NONE`, in world axes, sorted by face; and whether each is vertical."""
         starts = [batch.first for batch in self._batches]
         of_batch = np.searchsorted(starts, ids, side="right") - 1
@@ -124,31 +131,27 @@ def _of_box_faces(batch: _Faces, index: NDArray[np.int64], frames: FrameTable) -
     return planes, np.tile([True, True, False, False], len(index))
 
 
-def trim_ids(shapes: Shapes) -> Ids:
-    """[N] faces whose planes trim shapes; the grammar has trim planes."""
-    return cast("Ids", shapes.state[TRIM])
-
-
-def with_trim_ids(shapes: Shapes, ids: Ids) -> Shapes:
-    """The same shapes with other planes [N]."""
+def with_trim_ids(shapes: Shapes, ids: FaceIds | int) -> Shapes:
+    """The same shapes with other planes [N], or without planes."""
     return shapes._replace(state={**shapes.state, TRIM: ids})
 
 
 def trim(shapes: Shapes, planes: TrimPlanes, meshes: MeshTable, frames: FrameTable) -> Shapes:
     """Shapes without what lies beyond their planes, their scopes fitted; cuts are not closed, as in CityEngine."""
-    if TRIM not in shapes.state:
+    if not isinstance(shapes.state.get(TRIM), np.ndarray):
         return shapes
-    rows = np.flatnonzero((trim_ids(shapes) != NONE) & (shapes.mesh != EMPTY))
+    ids = cast("FaceIds", shapes.state[TRIM])
+    rows = np.flatnonzero((ids != NONE) & (shapes.mesh != EMPTY) & (_vertical(shapes) | _horizontal(shapes)))
     if len(rows) == 0:
         return shapes
-    if "trim.horizontal" not in shapes.state:
-        held = planes.holds(trim_ids(shapes)[rows], shapes if len(rows) == shapes.num else shapes.take(rows), frames)
+    if _horizontal(shapes) is False:
+        held = planes.holds(ids[rows], shapes if len(rows) == shapes.num else shapes.take(rows), frames)
         rows = rows[~held]
         if len(rows) == 0:
             return shapes
-    shared, is_vertical = planes.planes(trim_ids(shapes)[rows], meshes, frames)
+    shared, is_vertical = planes.planes(ids[rows], meshes, frames)
     row = rows[shared.row]
-    vertical, horizontal = _enabled(shapes, "trim.vertical", True), _enabled(shapes, "trim.horizontal", False)
+    vertical, horizontal = (np.broadcast_to(switch(shapes), shapes.num) for switch in (_vertical, _horizontal))
     applies = np.where(is_vertical, vertical[row], horizontal[row])
     reach = np.einsum("pk,pk->p", shared.normal, shapes.position[row]) - shared.level
     sizes = np.einsum("pk,pkj->pj", shared.normal, frames.rotations(shapes.frame[row])) * shapes.size[row]
@@ -170,5 +173,11 @@ def trim(shapes: Shapes, planes: TrimPlanes, meshes: MeshTable, frames: FrameTab
     return shapes.rescoped(position, sizes, shapes.frame, mesh)
 
 
-def _enabled(shapes: Shapes, name: str, default: bool) -> Flags:
-    return np.broadcast_to(np.asarray(shapes.state.get(name, default), dtype=bool), shapes.num)
+def _vertical(shapes: Shapes) -> bool | Flags:
+    """Whether vertical planes apply, for all shapes or [N]."""
+    return cast("bool | Flags", shapes.state.get("trim.vertical", True))
+
+
+def _horizontal(shapes: Shapes) -> bool | Flags:
+    """Whether horizontal planes apply, for all shapes or [N]."""
+    return cast("bool | Flags", shapes.state.get("trim.horizontal", False))

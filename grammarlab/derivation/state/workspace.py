@@ -92,6 +92,7 @@ class Workspace:
     materials: MaterialTable
     budget: Budget
     recorder: Recorder
+    trim_planes: TrimPlanes
     assets: AssetFolder | None = None
     """Folder that asset paths are relative to and may not leave."""
     streets: StreetOutlines | None = None
@@ -106,7 +107,6 @@ class Workspace:
     compared_pairs: int = 0
     """Pairs of shapes that spatial queries have compared."""
     tables: ArrayTable = field(default_factory=ArrayTable)
-    trim_planes: TrimPlanes = field(default_factory=TrimPlanes)
     texture_maps: TextureMapTable = field(default_factory=TextureMapTable)
     count_again_at: int = field(init=False)
     """Number of nodes up to which no model can have exceeded its budget."""

@@ -16,7 +16,7 @@ from grammarlab.facade.grammar.leaf_looks import (
     projection,
     shown_pictures,
 )
-from grammarlab.facade.grammar.rule_text import RuleNames, leaf_body, number, rule_name, split_body
+from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, leaf_body, number, rule_name, split_body
 from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.tree import LEAF, Facade, X
 from grammarlab.language.formatting import format_grammar
@@ -101,7 +101,7 @@ def _text(
     for kind, node in first.items():
         names[kind] = "Facade" if not node else used.new(_preferred_name(facade, node))
     width, height = (number(size, digits) for size in (facade.width, facade.height))
-    start = f"Lot --> s({width}, {height}, {THICKNESS}) primitiveCube() comp(f) {{ front : Facade }}"
+    start = f"Lot --> {front_of_box(f'{width}, {height}, {THICKNESS}', 'Facade')}"
     title = f"// A facade of {len(facade.leaves)} leaves, {facade.width:.4g} m wide and {facade.height:.4g} m high"
     lines = [title, 'version "2023.0"', "@StartRule", start]
     for kind, node in first.items():

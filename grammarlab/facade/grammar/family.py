@@ -18,7 +18,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.facade.grammar.contents import Cell, PictureWindow
 from grammarlab.facade.grammar.derived_errors import member_error
 from grammarlab.facade.grammar.leaf_looks import OutlinedLeaf, outlined_leaf, picture_file, window_projection
-from grammarlab.facade.grammar.rule_text import RuleNames, leaf_body, number, rule_name, split_body
+from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, leaf_body, number, rule_name, split_body
 from grammarlab.facade.grammar.storeys import Storeys, storeys_of
 from grammarlab.facade.grammar.walks import (
     LONGEST,
@@ -191,7 +191,7 @@ class _FamilyWriter:
             self.lines += [f"attr {WIDTH} = 0", f"attr {HEIGHT} = 0"]
         start = self.around.start if self.around else ""
         self.lines.append("@StartRule")
-        self.lines.append(f"Lot --> {start} s(1, 1, {THICKNESS}) primitiveCube() comp(f) {{ front : Storeys }}")
+        self.lines.append(f"Lot --> {start} {front_of_box(f'1, 1, {THICKNESS}', 'Storeys')}")
         for name in ("Storeys", "Columns"):
             self.names.new(name)
         states = {state: self.names.new(self._state_name(state)) for state in self.walks.steps}

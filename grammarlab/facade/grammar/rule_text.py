@@ -69,6 +69,18 @@ def leaf_body(label: str, *, pictured: bool = False, geometry: str = "primitiveC
     return f"{box} projectUV(0)" if pictured else f"{surface} {box}"
 
 
+def front_of_box(size: str, rule: str) -> str:
+    """CGA that applies a rule to the front of a box, which splits need.
+
+    Nothing ends there halfway to the other sides, which have nothing on them.
+
+    Args:
+        size: the three sizes, with commas between them.
+        rule: the rule.
+    """
+    return f"set(trim.vertical, false) s({size}) primitiveCube() comp(f) {{ front : {rule} }}"
+
+
 def split_body(axis: str, parts: Sequence[tuple[str, str]], *, repeats: bool = True) -> str:
     """A split into parts (size, rule) with repeats for runs.
 

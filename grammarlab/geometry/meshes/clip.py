@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats, offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import Flags, Floats, index_in_row, offsets_from_counts, row_of_value, take_rows
 from grammarlab.geometry.meshes.corner_data import CornerData
 from grammarlab.geometry.meshes.measure import area_vectors, is_closed
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Indices, Meshes, Soup
@@ -81,7 +81,25 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
     return Soup.concatenate([faces, *closing]).meshes(points, owner, len(mesh))
 
 
-def part_behind(meshes: Meshes, normals: Floats, levels: Floats) -> Meshes:
+def trimmed(meshes: Meshes, mesh: Indices, normal: Floats, level: Floats) -> Meshes:
+    """Meshes without what lies beyond planes; cuts are not closed.
+
+    Args:
+        meshes: M meshes.
+        mesh: [P] the mesh that each plane trims, ascending.
+        normal: [P, 3] unit normals of the planes.
+        level: [P] a point beyond a plane has ``normal @ point > level``.
+    """
+    number = index_in_row(np.bincount(mesh, minlength=len(meshes)))
+    for turn in range(int(number.max(initial=-1)) + 1):
+        rows = np.flatnonzero(number == turn)
+        normals, levels = np.zeros((len(meshes), 3)), np.zeros(len(meshes))
+        normals[mesh[rows]], levels[mesh[rows]] = normal[rows], level[rows]
+        meshes = _part_behind(meshes, normals, levels)
+    return meshes
+
+
+def _part_behind(meshes: Meshes, normals: Floats, levels: Floats) -> Meshes:
     """The part of each mesh where ``normal @ point <= level``, without caps; a normal of zero leaves a mesh whole.
 
     Args:

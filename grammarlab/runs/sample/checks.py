@@ -38,7 +38,7 @@ SUPPORTED = SupportedFeatures(
     keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
     constructs=frozenset({"array", "comp-function", "connected", "element-wise", "import", "variables"}),
     harmless=CHANGE_LOOKS
-    | frozenset(name for name in attributes() if name.startswith(("trim.", "material.")) and name not in _MATERIAL),
+    | frozenset(name for name in attributes() if name.startswith("material.") and name not in _MATERIAL),
 )
 """Features that derivations support."""
 

@@ -1,4 +1,4 @@
-"""Planes through the edges that faces share, and meshes cut off at planes: CGA's trim planes."""
+"""Planes through the edges that faces share, halfway between the two faces: CGA's trim planes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, index_in_row, row_of_value, take_rows
-from grammarlab.geometry.meshes.clip import part_behind
 from grammarlab.geometry.meshes.edges import edges
 from grammarlab.geometry.meshes.measure import face_normals
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
@@ -87,21 +86,3 @@ def _cuts_face(meshes: Meshes, face: Indices, normal: Floats, level: Floats) -> 
     beyond = dot(normal[plane], points) - level[plane]
     size = np.abs(points).max(axis=1, initial=0.0)
     return any_rows(beyond > _SLACK * (1.0 + size), offsets)
-
-
-def trimmed(meshes: Meshes, mesh: Indices, normal: Floats, level: Floats) -> Meshes:
-    """Meshes without what lies beyond planes; cuts are not closed.
-
-    Args:
-        meshes: M meshes.
-        mesh: [P] the mesh that each plane trims, ascending.
-        normal: [P, 3] unit normals of the planes.
-        level: [P] a point beyond a plane has ``normal @ point > level``.
-    """
-    number = index_in_row(np.bincount(mesh, minlength=len(meshes)))
-    for turn in range(int(number.max(initial=-1)) + 1):
-        rows = np.flatnonzero(number == turn)
-        normals, levels = np.zeros((len(meshes), 3)), np.zeros(len(meshes))
-        normals[mesh[rows]], levels[mesh[rows]] = normal[rows], level[rows]
-        meshes = part_behind(meshes, normals, levels)
-    return meshes
