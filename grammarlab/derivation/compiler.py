@@ -25,6 +25,7 @@ from grammarlab.language.call_order import groups
 from grammarlab.language.grammar import EXAMPLE, Grammar
 from grammarlab.language.numbering import RandomPlace, SymbolKey, function_name
 from grammarlab.language.syntax.syntax_tree import (
+    TRIM_SWITCHES,
     Attribute,
     Block,
     Boolean,
@@ -45,8 +46,6 @@ from grammarlab.language.syntax.syntax_tree import (
     walk,
 )
 from grammarlab.language.syntax.syntax_tree import Sequence as SyntaxSequence
-
-_TRIM_SWITCHES = ("trim.vertical", "trim.horizontal")
 
 
 def mentioned_uv_sets(nodes: Iterable[Node]) -> frozenset[int]:
@@ -338,7 +337,7 @@ def _trims_again(nodes: Iterable[Node]) -> bool:
 
 def _may_be_switch(target: Expression) -> bool:
     """Whether ``set`` says whether planes apply; a target that is not a name may be any attribute."""
-    return not isinstance(target, Name) or target.identifier in _TRIM_SWITCHES
+    return not isinstance(target, Name) or target.identifier in TRIM_SWITCHES
 
 
 def _trims(node: Node) -> bool:

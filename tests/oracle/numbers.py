@@ -9,8 +9,12 @@ from grammarlab.language.syntax.syntax_tree import Call, Name, Node, RuleFile, S
 
 
 def number_sites(tree: RuleFile) -> dict[int, int]:
-    """For each `Stochastic`, `Call` and `Name` node, by its ``id()``, its number in the order of the tree."""
+    """For each `Stochastic`, `Call` and `Name` node, by its ``id()``, its number in the order of the tree.
+
+    Names of switches of trim planes have none.
+    """
     places = [node for node in nodes_of(tree) if isinstance(node, Stochastic | Call | Name)]
+    places = [node for node in places if not (isinstance(node, Name) and node.identifier.startswith("trim."))]
     return {id(node): number for number, node in enumerate(places)}
 
 

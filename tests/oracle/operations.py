@@ -260,6 +260,8 @@ def set_attribute(call: Call) -> Shape:
     name, value = str(call.arguments[0].value), call.arguments[1].value
     if name in call.scope.model.attribute_definitions:
         return replace(call.shape, attributes={**call.shape.attributes, name: value})
+    if name in call.shape.state:
+        return replace(call.shape, state={**call.shape.state, name: value})
     channel = name.removeprefix("material.")
     if channel in ("color.rgb", "color"):
         return color(replace(call, arguments=call.arguments[1:]))

@@ -32,6 +32,8 @@ FRESH_STATE: dict[str, Value] = {
     "comp.index": 0.0,
     "comp.total": 0.0,
     "comp.sel": "",
+    "trim.vertical": True,
+    "trim.horizontal": False,
 }
 
 

@@ -46,7 +46,7 @@ def trimmed(shape: Shape) -> Shape:
     result = shape
     for plane in shape.planes:
         switch = "trim.vertical" if plane.is_vertical else "trim.horizontal"
-        if result.state.get(switch, plane.is_vertical):
+        if result.state[switch]:
             result = _cut(result, plane)
     return result
 

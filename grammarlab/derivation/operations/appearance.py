@@ -24,6 +24,7 @@ from grammarlab.derivation.materials import CHANNELS
 from grammarlab.derivation.operations.scope import s
 from grammarlab.derivation.state.shapes import ARRAY, Shapes, kind_of, number_column
 from grammarlab.language.syntax.keywords import KEYWORDS
+from grammarlab.language.syntax.syntax_tree import TRIM_SWITCHES
 from grammarlab.randomness import fold
 
 _PLACEMENT = frozenset(
@@ -40,8 +41,6 @@ _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
 _SEEDIANS = np.uint64(0x5EED)
 """Key below which the keys of shapes with a given seedian are folded."""
-_OF_PLANES = ("trim.vertical", "trim.horizontal")
-"""Settable names that only trimmed shapes depend on."""
 
 
 def color(call: BoundCall) -> Shapes:
@@ -76,7 +75,7 @@ def set_attribute(call: BoundCall) -> Shapes:
         return call.shapes._replace(state={**call.shapes.state, name: argument.value})
     if name.startswith("material."):
         return _set_material(call, name.removeprefix("material."), argument)
-    if name in _OF_PLANES:
+    if name in TRIM_SWITCHES:
         return call.shapes
     if "." in name:
         raise call.error(f"{name} cannot be set: it is not a material attribute, and no imported file defines it")

@@ -16,6 +16,9 @@ from typing import Any, Literal, TypeAlias
 
 from grammarlab.errors import Location
 
+TRIM_SWITCHES = frozenset({"trim.vertical", "trim.horizontal"})
+"""Names of shape attributes that say whether trim planes apply."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Node:
@@ -396,10 +399,16 @@ def walk(node: Node) -> Iterator[Node]:
 def number(tree: RuleFile) -> None:
     """Assign numbers (`Numbered.number`) to the nodes of a new tree, in the order of the text.
 
-    So reformatting a grammar or renaming a rule changes no draw.
+    So reformatting a grammar or renaming a rule changes no draw; nor does switching trim planes on or off, whose names
+    have no number.
     """
-    for position, node in enumerate(node for node in walk(tree) if isinstance(node, Numbered)):
+    numbered = (node for node in walk(tree) if isinstance(node, Numbered) and not _is_trim_switch(node))
+    for position, node in enumerate(numbered):
         object.__setattr__(node, "number", position)  # safe to mutate: the tree is new and not shared yet
+
+
+def _is_trim_switch(node: Numbered) -> bool:
+    return isinstance(node, Name) and node.identifier in TRIM_SWITCHES
 
 
 @cache

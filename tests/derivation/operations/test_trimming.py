@@ -7,9 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from grammarlab.derivation import derive
 from grammarlab.geometry.meshes.measure import areas
+from grammarlab.language.grammar import Grammar
 from tests.cases import bulk
 from tests.derivation.operations.leaves import L_SHAPE, sampled, world_meshes
+from tests.oracle.comparison import assert_same_trees, tree_of_model, trees_of_forest
+from tests.oracle.interpreter import interpret
 
 RECTANGLE = np.array([[0.0, 0, 0], [0, 0, 20], [30, 0, 20], [30, 0, 0]])
 WIDER = "s('1.2, '1.2, 2) center(xy)"
@@ -71,3 +75,29 @@ def test_without_trim_planes_meshes_stay_whole(depth, wider):
     assert switched_off[1] == 24
     trimmed = measured(rules.format("", wider, depth), RECTANGLE)
     assert trimmed[2] <= switched_off[2] + 1e-9
+
+
+WALLS = "Walls --> comp(f) {{ side : Wall }} Wall --> {} s('1.4, '1, 1) center(x) primitiveCube() A."
+
+
+@pytest.mark.parametrize(
+    ("start", "wall"),
+    [
+        ("set(trim.vertical, false) Walls", "set(trim.vertical, true)"),
+        ("split(x) { ~1 : set(trim.vertical, false) Walls | ~2 : Walls }*", ""),
+        ("split(x) { ~1 : set(trim.vertical, split.index > 0) Walls | ~2 : Walls }", "set(trim.horizontal, true)"),
+        ("set(trim.horizontal, true) Walls", "50% : set(trim.vertical, false) Tall else : Tall Tall --> s('1, '2, '1)"),
+        ("set(trim.vertical, false) Walls", "Part Part --> set(trim.horizontal, true) s('1, '2, '1)"),
+    ],
+)
+def test_planes_apply_where_rules_switch_them_on_and_faces_keep_those_that_are_off(start, wall):
+    grammar = Grammar.parse(f"Lot --> extrude(4) {start} {WALLS.format(wall)}")
+    for index, tree in enumerate(trees_of_forest(derive(grammar, 3, 2, footprint=(8.0, 6.0)))):
+        model = interpret(grammar, 2, index, footprint=(8.0, 6.0))
+        assert_same_trees(tree, tree_of_model(model, grammar))
+
+
+def test_switching_planes_off_changes_no_draw():
+    rules = "Lot --> {} extrude(rand(3, 9)) B B --> 50% : A else : s(rand(4), 1, 1) C"
+    plain, switched = (derive(Grammar.parse(rules.format(text)), 20, 3) for text in ("", "set(trim.vertical, false)"))
+    assert plain.leaves.size.tobytes() == switched.leaves.size.tobytes()
