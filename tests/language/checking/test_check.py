@@ -200,7 +200,7 @@ NOTHING = SupportedFeatures(*[frozenset()] * 5)
         ("const a = [1]\nLot --> A", "array"),
         ("attr a = sqrt(2) .+ 1\nLot --> A", ".+"),
         ('import a : "b.cga"\nLot --> A', "import"),
-        ('import a : "b.cga"\nLot --> a(h = 1).A', "redefining"),
+        ('import a : "b.cga"\nLot --> a(B --> C).A', "redefining"),
         ("f with (x := 1) = x\nLot --> A", "variable"),
         ("attr a = comp(f) { all : 1 }\nLot --> A", "comp as a function"),
         ("Lot --> comp(f) { all =: A }", "=:"),
