@@ -100,7 +100,9 @@ def _answers(state: State, factor: str) -> tuple[Answers, Answers]:
     """All answers for a factor, and those that count; all new ones do."""
     every = state.answers.get(factor, Answers(factor, (), np.zeros(0)))
     entry = state.heard.get(factor)
-    return every, every if entry is None else entry.answers + every.since(entry.num_answers)
+    if entry is None or entry.division is None:
+        return every, every
+    return every, entry.answers + every.since(entry.num_answers)
 
 
 def _product(state: State) -> tuple[Answers, Answers]:

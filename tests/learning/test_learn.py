@@ -7,6 +7,7 @@ import pytest
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
+from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.features.patterns.pattern_text import parse
@@ -113,4 +114,7 @@ def test_a_learned_comparison_reads_like_one():
     (liked,), (disliked,) = found.predicted.words.likes, found.predicted.words.dislikes
     assert re.fullmatch(r"a \+ b: from 1[12](\.\d)? \(80\)", liked)
     assert disliked == liked.replace("from", "below").replace("80", "0")
-    assert found.names == ("a + b",)
+    # Ranges of the draws say as much as they can, and the rule says the rest.
+    assert found.names == ("a", "b", "a + b")
+    assert isinstance(found.learned, AcceptedGrammar)
+    assert re.search(r'@Acceptance\("choose\(\(\$a \+ \$b\) >= 1[12][.\d]*, 1, 0\)"\)', found.learned.text)

@@ -121,7 +121,7 @@ def test_a_variation_that_is_accepted_is_the_facade_until_it_is_undone(house: Ed
     expect_aligned(facade, WINDOWS)
     assert grid_of(facade, WINDOWS).num_columns == 5
     house.button("One row less").click()
-    expect(house.tiles).to_have_count(1)
+    expect(house.tiles).to_have_count(2)
     house.tiles.first.click()
     house.expect_grid(WINDOWS, 2, 5)
     house.press("Control+z", "Control+z")
