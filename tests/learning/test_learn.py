@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
+from grammarlab.density.targets.accepted import AcceptedGrammar
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
-from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.features.patterns.pattern_text import parse
