@@ -14,7 +14,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 
 
 def rows() -> dict[str, dict[str, str]]:
-    made, _, _ = PAGE.read_text(encoding="utf-8").partition("<!-- end of the table -->")
+    made, _, _ = PAGE.read_text(encoding="utf-8").partition(platforms.END)
     lines = re.findall(r"^\| (.*) \|$", made, re.MULTILINE)
     heading, _, *cells = [line.split(" | ") for line in lines]
     return {row[0]: dict(zip(heading, row, strict=True)) for row in cells}
