@@ -183,11 +183,18 @@ def as_one_mesh(parts: Sequence[MeshPart]) -> Meshes:
     points = _all_points(parts)
     corners = [part.corners + first for part, first in zip(parts, _firsts(parts), strict=False)]
     counts = np.concatenate([np.zeros(0, np.int64), *(part.counts for part in parts)])
-    ends = np.array([0, len(counts)]), np.array([0, len(points)])
     every_corner = np.concatenate([np.zeros(0, np.int64), *corners])
     slots = {material: number for number, material in enumerate(dict.fromkeys(part.material for part in parts))}
     data = join_data([(_data_of(part, slots[part.material]), len(part.corners), len(part.counts)) for part in parts])
-    return Meshes(points, every_corner, offsets_from_counts(counts), *ends, np.zeros(len(counts), np.int8), data)
+    return Meshes(
+        points=points,
+        corners=every_corner,
+        face_offsets=offsets_from_counts(counts),
+        mesh_faces=np.array([0, len(counts)]),
+        mesh_points=np.array([0, len(points)]),
+        tags=np.zeros(len(counts), np.int8),
+        data=data,
+    )
 
 
 def _data_of(part: MeshPart, slot: int) -> CornerData | None:
@@ -234,7 +241,15 @@ def welded(mesh: Meshes) -> Meshes:
     first[order] = order[is_new][np.cumsum(is_new) - 1]
     used, corners = np.unique(first[mesh.corners], return_inverse=True)
     ends = np.array([0, len(used)])
-    shared = Meshes(mesh.points[used], corners, mesh.face_offsets, mesh.mesh_faces, ends, mesh.tags, mesh.data)
+    shared = Meshes(
+        points=mesh.points[used],
+        corners=corners,
+        face_offsets=mesh.face_offsets,
+        mesh_faces=mesh.mesh_faces,
+        mesh_points=ends,
+        tags=mesh.tags,
+        data=mesh.data,
+    )
     faces = Soup.of_faces(shared, np.arange(shared.num_faces))
     differs = sum_rows(faces.rows == faces.rows[next_in_row(faces.offsets)], faces.offsets) == 0
     if not differs.any():

@@ -404,12 +404,12 @@ def _polygons(points: Floats, footprints: Footprints) -> Meshes:
     per_mesh = np.bincount(row[visited], minlength=len(counts))
     mesh_points = offsets_from_counts(per_mesh)
     return Meshes(
-        points[visited],
-        corners - mesh_points[row],
-        footprints.offsets,
-        np.arange(len(counts) + 1),
-        mesh_points,
-        np.full(len(counts), UNTAGGED, dtype=np.int8),
+        points=points[visited],
+        corners=corners - mesh_points[row],
+        face_offsets=footprints.offsets,
+        mesh_faces=np.arange(len(counts) + 1),
+        mesh_points=mesh_points,
+        tags=np.full(len(counts), UNTAGGED, dtype=np.int8),
     )
 
 

@@ -38,7 +38,7 @@ class ComponentMeshes:
     >>> from grammarlab.geometry.meshes.primitives import box
     >>> parts = faces(box())
     >>> parts.size[0].tolist(), parts.rotation[1, :, 2].tolist()
-    ([1.0, 1.0, 0.0], [1.0, 0.0, 0.0])
+    ([1.0, 1.0, 0.0], [0.0, 1.0, 0.0])
     """
 
     mesh: Indices
@@ -225,13 +225,13 @@ def extract_faces(meshes: Meshes, chosen: Indices, sizes: Indices) -> Meshes:
     point_set = corner_set[where]
     mesh_points = offsets_from_counts(np.bincount(point_set, minlength=len(sizes)))
     return Meshes(
-        meshes.points.take(rows[where], axis=0),
-        corners - mesh_points[corner_set],
-        face_offsets,
-        offsets_from_counts(sizes),
-        mesh_points,
-        meshes.tags[chosen],
-        None if meshes.data is None else meshes.data.take(corner_index, chosen),
+        points=meshes.points.take(rows[where], axis=0),
+        corners=corners - mesh_points[corner_set],
+        face_offsets=face_offsets,
+        mesh_faces=offsets_from_counts(sizes),
+        mesh_points=mesh_points,
+        tags=meshes.tags[chosen],
+        data=None if meshes.data is None else meshes.data.take(corner_index, chosen),
     )
 
 

@@ -46,13 +46,13 @@ def ask(
     inside = (answer_rows >= 0) & (answer_rows < len(rows))
     asked = table_rows(tables, columns, every)
     situation = Situation(
-        rows,
-        np.arange(len(rows)) < tables.pool_designs.pool.sizes[0],
-        answer_rows[inside],
-        answers.scores[inside],
-        state.preferences.get(factor) if factor else state.product,
-        tables.pool_designs.weights,
-        asked[(asked >= 0) & (asked < len(rows))],
+        pool=rows,
+        from_grammar=np.arange(len(rows)) < tables.pool_designs.pool.sizes[0],
+        scored=answer_rows[inside],
+        scores=answers.scores[inside],
+        preference=state.preferences.get(factor) if factor else state.product,
+        weights=tables.pool_designs.weights,
+        asked=asked[(asked >= 0) & (asked < len(rows))],
     )
     chosen = propose(way, situation, num, seed)
     names = (*tables.addresses, *columns.elsewhere)
@@ -84,12 +84,12 @@ def ask_pairs(
     ]
     compared = [table_rows(tables, columns, replace(answers, designs=pair)) for pair in pairs]
     situation = Situation(
-        rows,
-        np.arange(len(rows)) < pool.sizes[0],
-        mentioned[mentioned >= 0],
-        np.zeros(0),
-        state.preferences.get(factor),
-        np.append(tables.pool_designs.weights, np.zeros(outside)),
+        pool=rows,
+        from_grammar=np.arange(len(rows)) < pool.sizes[0],
+        scored=mentioned[mentioned >= 0],
+        scores=np.zeros(0),
+        preference=state.preferences.get(factor),
+        weights=np.append(tables.pool_designs.weights, np.zeros(outside)),
     )
     chosen = propose_pairs(situation, np.array(compared, dtype=np.int64).reshape(-1, 2), num, seed)
     names = (*tables.addresses, *columns.elsewhere)

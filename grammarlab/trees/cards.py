@@ -65,12 +65,12 @@ def card_scene(scene: Scene) -> Scene:
     empty = np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2))
     points, normals, coordinates = (np.concatenate(column) for column in zip(empty, *parts, strict=True))
     meshes = Meshes(
-        points,
-        np.tile(corners.ravel(), num),
-        3 * np.arange(num * len(corners) + 1),
-        offsets_from_counts(counts),
-        offsets_from_counts(np.full(num, num_points)),
-        np.zeros(num * len(corners), np.int8),
+        points=points,
+        corners=np.tile(corners.ravel(), num),
+        face_offsets=3 * np.arange(num * len(corners) + 1),
+        mesh_faces=offsets_from_counts(counts),
+        mesh_points=offsets_from_counts(np.full(num, num_points)),
+        tags=np.zeros(num * len(corners), np.int8),
     )
     index = np.arange(num, dtype=np.int32)
     return Scene(

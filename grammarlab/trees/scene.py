@@ -170,12 +170,12 @@ def _joined(wood: Meshes, surface: PointSurface, leaves: Sequence[LeafMesh]) -> 
         return wood, surface
     triangles = np.concatenate([leaf.triangles for leaf in leaves])
     parts = Meshes(
-        np.concatenate([leaf.points for leaf in leaves]),
-        triangles.ravel(),
-        3 * np.arange(len(triangles) + 1),
-        offsets_from_counts(np.array([len(leaf.triangles) for leaf in leaves])),
-        offsets_from_counts(np.array([len(leaf.points) for leaf in leaves])),
-        np.zeros(len(triangles), np.int8),
+        points=np.concatenate([leaf.points for leaf in leaves]),
+        corners=triangles.ravel(),
+        face_offsets=3 * np.arange(len(triangles) + 1),
+        mesh_faces=offsets_from_counts(np.array([len(leaf.triangles) for leaf in leaves])),
+        mesh_points=offsets_from_counts(np.array([len(leaf.points) for leaf in leaves])),
+        tags=np.zeros(len(triangles), np.int8),
     )
     normals = np.concatenate([surface.normals, *(leaf.normals for leaf in leaves)])
     coordinates = np.concatenate([surface.coordinates, *(leaf.coordinates for leaf in leaves)])

@@ -133,12 +133,12 @@ def tubes(rings: Rings, num_trees: int) -> tuple[Meshes, PointSurface]:
     mesh_points = stem_points[np.searchsorted(rings.tree, np.arange(num_trees + 1))]
     corners = (triangles - mesh_points[tree][:, None]).ravel() if num_trees > 1 else triangles.ravel()
     meshes = Meshes(
-        points,
-        corners,
-        3 * np.arange(len(triangles) + 1),
-        np.searchsorted(tree, np.arange(num_trees + 1)),
-        mesh_points,
-        np.zeros(len(triangles), np.int8),
+        points=points,
+        corners=corners,
+        face_offsets=3 * np.arange(len(triangles) + 1),
+        mesh_faces=np.searchsorted(tree, np.arange(num_trees + 1)),
+        mesh_points=mesh_points,
+        tags=np.zeros(len(triangles), np.int8),
     )
     return meshes, PointSurface(normals, coordinates)
 

@@ -26,8 +26,10 @@ def test_successors_are_numbered_as_the_engine_numbers_them():
         ("A", 1, True),
         ("B", 1, False),
         ("C", None, False),
+        ("D", 1, False),
         ("E", None, False),
         ("F", 1, True),
+        ("G", 1, True),
     ]
     assert (second.branch, none.branch, none.successors) == ((1, 0), None, ())
 

@@ -25,6 +25,7 @@ from grammarlab.density.targets.rejection import Progress, silent
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.errors import Finding, LanguageError, Location, UsageError
 from grammarlab.features.columns.feature_table import FeatureTable
+from grammarlab.features.columns.plain_columns import feature_values
 from grammarlab.features.patterns.pattern import Draw, Feature
 from grammarlab.geometry.meshes.primitives import box
 from grammarlab.learning.designs.addresses import Address, hashes_of
@@ -103,15 +104,10 @@ class BoxSpace(AbstractDesignSpace[Floats]):
     def vocabulary(self, designs: Sequence[Floats], features: FeatureOptions) -> Columns:
         return Columns(self.low, self.high)
 
-    def search(self, designs: Sequence[Floats], scores: Floats, features: FeatureOptions) -> tuple[Feature, ...]:
-        return ()
-
     def values(self, designs: Sequence[Floats], features: Sequence[Feature]) -> Floats:
         rows = np.concatenate([np.zeros((0, 3)), *designs])
-        return rows[:, [NAMES.index(str(feature)) for feature in features]]
-
-    def margins(self, designs: Sequence[Floats], feature: Feature) -> Floats | None:
-        return None
+        columns = dict(zip(NAMES, rows.T, strict=True))
+        return np.column_stack([rows[:, :0], *(feature_values(columns, feature) for feature in features)])
 
     def realize(self, addresses: Sequence[Address]) -> Realized:
         size = self.make(addresses)
@@ -206,7 +202,8 @@ class BoxWriter(AbstractTargetWriter[Floats]):
         centres = space.low + (space.high - space.low) * cells
         own = {"grammar": space.density(centres), "uniform": np.ones(len(centres))}[making.base]
         assert state.product is not None
-        liked = np.clip(state.product.predict(centres / scales).mean, 0.0, None)
+        columns = np.column_stack([centres, space.values([centres], state.columns.extra)])
+        liked = np.clip(state.product.predict(columns / scales).mean, 0.0, None)
         weights = (own * liked).reshape(FINE, FINE, FINE)
         ranges = {name: [low, high] for name, low, high in zip(NAMES, space.low, space.high, strict=True)}
         text = json.dumps({"about": list(lines), "ranges": ranges, "weights": weights.tolist()})
@@ -267,7 +264,7 @@ def _addresses(request: SampleRequest, batch: Batch) -> list[Address]:
 class BoxDomain(AbstractDomain[BoxSpace, BoxModels]):
     """What such files mean."""
 
-    def read(self, path: Path) -> str:
+    def read(self, path: Path, library: Path | None = None) -> str:
         return path.read_text()
 
     def open(self, text: str, name: str, assets: Path) -> BoxSpace:

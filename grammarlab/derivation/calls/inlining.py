@@ -158,13 +158,13 @@ def _appended(group: Sequence[Meshes]) -> Meshes:
         return Meshes.single(np.zeros((0, 3)), [])
     whole = Meshes.concatenate(list(group))
     return Meshes(
-        whole.points,
-        whole.corner_points(),
-        whole.face_offsets,
-        np.array([0, whole.num_faces]),
-        np.array([0, len(whole.points)]),
-        whole.tags,
-        whole.data,
+        points=whole.points,
+        corners=whole.corner_points(),
+        face_offsets=whole.face_offsets,
+        mesh_faces=np.array([0, whole.num_faces]),
+        mesh_points=np.array([0, len(whole.points)]),
+        tags=whole.tags,
+        data=whole.data,
     )
 
 

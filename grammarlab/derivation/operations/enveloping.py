@@ -86,8 +86,15 @@ def _joined(parts: list[Meshes]) -> Meshes:
     if not parts:
         return Meshes.single(np.zeros((0, 3)), [])
     whole = Meshes.concatenate(parts)
-    ends = np.array([0, whole.num_faces]), np.array([0, len(whole.points)])
-    return Meshes(whole.points, whole.corner_points(), whole.face_offsets, *ends, whole.tags, whole.data)
+    return Meshes(
+        points=whole.points,
+        corners=whole.corner_points(),
+        face_offsets=whole.face_offsets,
+        mesh_faces=np.array([0, whole.num_faces]),
+        mesh_points=np.array([0, len(whole.points)]),
+        tags=whole.tags,
+        data=whole.data,
+    )
 
 
 OPERATIONS: dict[str, Operation] = {"envelope": Operation(envelope, frozenset({"normal", "world.up"}), (4, 10))}

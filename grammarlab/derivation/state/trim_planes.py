@@ -68,7 +68,17 @@ class TrimPlanes:
         """Ids of faces [K] of shapes, which are parts in their own axes; `NONE` if no planes will ever apply."""
         if self._stay_off and _vertical(parts) is False and _horizontal(parts) is False:
             return NONE
-        self._batches.append(_Faces(self._used, whole, row, face, parts.frame, parts.position, parts.size))
+        self._batches.append(
+            _Faces(
+                first=self._used,
+                whole=whole,
+                row=row,
+                face=face,
+                frame=parts.frame,
+                position=parts.position,
+                size=parts.size,
+            )
+        )
         self._used += len(row)
         axes = np.where(is_box(whole.mesh[row]), parts.frame, np.int32(-1))
         self._box_faces.append((axes, parts.position, parts.size[:, 0]))

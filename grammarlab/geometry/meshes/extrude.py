@@ -124,7 +124,15 @@ def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
     points[old] = meshes.points[is_unchanged]
     own_points = corner_index + np.repeat(mesh_points[:-1], corners_per_mesh)
     points[own_points[chosen_corner]] = meshes.points[meshes.corner_points()[chosen_corner]]
-    return Meshes(points, corners, meshes.face_offsets, meshes.mesh_faces, mesh_points, meshes.tags, meshes.data)
+    return Meshes(
+        points=points,
+        corners=corners,
+        face_offsets=meshes.face_offsets,
+        mesh_faces=meshes.mesh_faces,
+        mesh_points=mesh_points,
+        tags=meshes.tags,
+        data=meshes.data,
+    )
 
 
 def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:

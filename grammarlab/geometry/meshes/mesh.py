@@ -105,13 +105,13 @@ class Meshes:
         corner_index, face_offsets = take_rows(self.face_offsets, faces)
         point_index, mesh_points = take_rows(self.mesh_points, meshes)
         return Meshes(
-            self.points.take(point_index, axis=0),
-            self.corners[corner_index],
-            face_offsets,
-            mesh_faces,
-            mesh_points,
-            self.tags[faces],
-            None if self.data is None else self.data.take(corner_index, faces),
+            points=self.points.take(point_index, axis=0),
+            corners=self.corners[corner_index],
+            face_offsets=face_offsets,
+            mesh_faces=mesh_faces,
+            mesh_points=mesh_points,
+            tags=self.tags[faces],
+            data=None if self.data is None else self.data.take(corner_index, faces),
         )
 
     def with_points(self, points: Floats, turn: Floats | None = None, stretch: Floats | None = None) -> Meshes:
@@ -131,7 +131,15 @@ class Meshes:
             if stretch is not None:
                 normals = normals / stretch[mesh]
             data = data.with_normals(normals)
-        return Meshes(points, self.corners, self.face_offsets, self.mesh_faces, self.mesh_points, self.tags, data)
+        return Meshes(
+            points=points,
+            corners=self.corners,
+            face_offsets=self.face_offsets,
+            mesh_faces=self.mesh_faces,
+            mesh_points=self.mesh_points,
+            tags=self.tags,
+            data=data,
+        )
 
     def with_data(self, data: CornerData | None) -> Meshes:
         """The same faces with other values of corners."""
@@ -187,7 +195,15 @@ class Meshes:
             sign = -1.0 if faces is None else np.where(faces[face], -1.0, 1.0)[:, None]
             data = data.of_corners(mirrored)
             data = data.with_normals(sign * data.normals)
-        return Meshes(self.points, corners, self.face_offsets, self.mesh_faces, self.mesh_points, self.tags, data)
+        return Meshes(
+            points=self.points,
+            corners=corners,
+            face_offsets=self.face_offsets,
+            mesh_faces=self.mesh_faces,
+            mesh_points=self.mesh_points,
+            tags=self.tags,
+            data=data,
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -261,8 +277,14 @@ class Soup:
 
     def as_one_mesh(self, points: Floats) -> Meshes:
         """All faces as a single mesh over the table of points, for measuring them."""
-        ends = np.array([0, len(self)]), np.array([0, len(points)])
-        return Meshes(points, self.rows, self.offsets, *ends, self.tags)
+        return Meshes(
+            points=points,
+            corners=self.rows,
+            face_offsets=self.offsets,
+            mesh_faces=np.array([0, len(self)]),
+            mesh_points=np.array([0, len(points)]),
+            tags=self.tags,
+        )
 
     def meshes(self, points: Floats, mesh_of_point: Indices, num_meshes: int) -> Meshes:
         """Meshes of these faces, without the points that no face uses.
@@ -286,7 +308,13 @@ class Soup:
         mesh_faces = offsets_from_counts(np.bincount(faces.mesh, minlength=num_meshes))
         corners = local.take(faces.rows)
         return Meshes(
-            points.take(used, axis=0), corners, faces.offsets, mesh_faces, mesh_points, faces.tags, faces.data
+            points=points.take(used, axis=0),
+            corners=corners,
+            face_offsets=faces.offsets,
+            mesh_faces=mesh_faces,
+            mesh_points=mesh_points,
+            tags=faces.tags,
+            data=faces.data,
         )
 
     def _sorted(self) -> Soup:

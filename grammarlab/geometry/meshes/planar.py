@@ -127,7 +127,13 @@ def regroup(meshes: Meshes, offsets: Indices) -> Meshes:
     shift = meshes.mesh_points[:-1] - np.repeat(base[:-1], np.diff(offsets))
     corners = meshes.corners + np.repeat(shift, corners_per_mesh)
     return Meshes(
-        meshes.points, corners, meshes.face_offsets, meshes.mesh_faces[offsets], base, meshes.tags, meshes.data
+        points=meshes.points,
+        corners=corners,
+        face_offsets=meshes.face_offsets,
+        mesh_faces=meshes.mesh_faces[offsets],
+        mesh_points=base,
+        tags=meshes.tags,
+        data=meshes.data,
     )
 
 

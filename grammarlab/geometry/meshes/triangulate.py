@@ -97,12 +97,12 @@ def _subset(meshes: Meshes, faces: Indices) -> Meshes:
     """Some of the faces as one mesh over the same points."""
     where, face_offsets = take_rows(meshes.face_offsets, faces)
     return Meshes(
-        meshes.points,
-        meshes.corner_points()[where],
-        face_offsets,
-        np.array([0, len(faces)]),
-        np.array([0, len(meshes.points)]),
-        meshes.tags[faces],
+        points=meshes.points,
+        corners=meshes.corner_points()[where],
+        face_offsets=face_offsets,
+        mesh_faces=np.array([0, len(faces)]),
+        mesh_points=np.array([0, len(meshes.points)]),
+        tags=meshes.tags[faces],
     )
 
 

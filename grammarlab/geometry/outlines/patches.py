@@ -66,12 +66,12 @@ def stamp(
     count = len(rows)
     lengths = np.array([len(face) for face in faces], np.int64)
     return Meshes(
-        points.reshape(-1, 3),
-        np.tile(renumbered, count),
-        offsets_from_counts(np.tile(lengths, count)),
-        np.arange(count + 1, dtype=np.int64) * len(faces),
-        np.arange(count + 1, dtype=np.int64) * len(used),
-        np.tile(np.array(tags, np.int8), count),
+        points=points.reshape(-1, 3),
+        corners=np.tile(renumbered, count),
+        face_offsets=offsets_from_counts(np.tile(lengths, count)),
+        mesh_faces=np.arange(count + 1, dtype=np.int64) * len(faces),
+        mesh_points=np.arange(count + 1, dtype=np.int64) * len(used),
+        tags=np.tile(np.array(tags, np.int8), count),
     )
 
 

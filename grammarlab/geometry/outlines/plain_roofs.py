@@ -199,7 +199,14 @@ def _solids(points: Floats, owner: Indices, num_solids: int, parts: list[_Faces]
     number[used_points] = np.arange(len(used_points)) - mesh_points[owner[used_points]]
     mesh_faces = offsets_from_counts(np.bincount(polygon, minlength=num_solids))
     tags = np.zeros(len(order), np.int8)
-    return Meshes(points[used_points], number[corners], face_offsets, mesh_faces, mesh_points, tags)
+    return Meshes(
+        points=points[used_points],
+        corners=number[corners],
+        face_offsets=face_offsets,
+        mesh_faces=mesh_faces,
+        mesh_points=mesh_points,
+        tags=tags,
+    )
 
 
 def _undersides(rims: _Rims) -> _Faces:

@@ -85,13 +85,13 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     used = sorted(column - width for column in best.columns if column >= width)
     first = len(shortlist), len(shortlist) + len(joined)
     return Verdict(
-        tuple(int(shortlist[column]) for column in used if column < first[0]),
-        tuple(joined[column - first[0]] for column in used if first[0] <= column < first[1]),
-        tuple(sums[column - first[1]] for column in used if column >= first[1]),
-        tuple(wider.prices[[width + column for column in used]].tolist()),
-        best.total,
-        best_known.total,
-        best.person,
+        accepted=tuple(int(shortlist[column]) for column in used if column < first[0]),
+        votes=tuple(joined[column - first[0]] for column in used if first[0] <= column < first[1]),
+        sums=tuple(sums[column - first[1]] for column in used if column >= first[1]),
+        prices=tuple(wider.prices[[width + column for column in used]].tolist()),
+        total=best.total,
+        known=best_known.total,
+        person=best.person,
     )
 
 

@@ -57,7 +57,7 @@ def with_plinths(scene: Scene, labels: SurfaceLabels, sites: Sites) -> tuple[Sce
 
 
 def _prisms(footprints: Footprints, depth: Floats) -> Meshes:
-    """Prisms of depths [F] in metres below footprints [F]: walls, bottoms, and last their tops."""
+    """Prisms of depths [F] in metres, more than a little, below footprints [F]."""
     counts = np.diff(footprints.offsets)
     # Both ends of the bridge to a court are one point, so that it gets no wall.
     keys = np.column_stack([row_of_value(counts).astype(np.float64), footprints.points])
@@ -77,9 +77,9 @@ def _prisms(footprints: Footprints, depth: Floats) -> Meshes:
 
 
 def _without_tops(prisms: Meshes, is_open: Flags) -> Meshes:
-    """The prisms; those that are open have no last face."""
-    stays = np.ones(prisms.num_faces, np.bool_)
-    stays[prisms.mesh_faces[1:][is_open] - 1] = False
+    """The prisms; those that are open have no face at the height of their building."""
+    lowest = np.minimum.reduceat(prisms.points[prisms.corner_points(), 1], prisms.face_offsets[:-1])
+    stays = ~(is_open[prisms.mesh_of_face()] & (lowest > -_SMALLEST))
     faces = Soup.of_faces(prisms, np.flatnonzero(stays))
     return faces.meshes(prisms.points, prisms.mesh_of_point(), len(prisms))
 

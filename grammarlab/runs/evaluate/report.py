@@ -29,7 +29,7 @@ TARGETS = {
     "blunders5": (0.07, 0.015, 0.002),
     "blunders10": (0.08, 0.02, 0.005),
 }
-"""Targets by person: medians over scenarios, in nats, of the default method at each of `CHECKPOINTS`."""
+"""Targets by consistent person: medians over scenarios, in nats, of the default method at each of `CHECKPOINTS`."""
 TABLE = "results.parquet"
 PAGE = "results.md"
 _METHOD = "default"
@@ -170,7 +170,7 @@ def _numbers(js: NDArray[np.float64]) -> Iterable[str]:
 
 
 def _targets(person: str, after: Sequence[int]) -> list[str]:
-    targets: Mapping[int, float] = dict(zip(CHECKPOINTS, TARGETS[person], strict=True))
+    targets: Mapping[int, float] = dict(zip(CHECKPOINTS, TARGETS.get(person, ()), strict=False))
     return [f"{targets[labels]:.4f}" if labels in targets else "" for labels in after]
 
 

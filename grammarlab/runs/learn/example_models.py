@@ -171,7 +171,14 @@ def _forest(file: Path, program: Program, slots: _Slots) -> Forest:
         draws=_draws(draws, names, len(nodes), program),
         reports=Reports(none, none, np.zeros(0), ()),
         frames=np.zeros((0, 3, 3)),
-        meshes=Meshes(empty, zero[:0], zero, zero, zero, np.zeros(0, dtype=np.int8)),
+        meshes=Meshes(
+            points=empty,
+            corners=zero[:0],
+            face_offsets=zero,
+            mesh_faces=zero,
+            mesh_points=zero,
+            tags=np.zeros(0, dtype=np.int8),
+        ),
         materials=Materials(np.zeros((0, len(CHANNELS))), ()),
         texture_maps=np.zeros((0, 2, 4)),
     )

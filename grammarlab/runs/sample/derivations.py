@@ -280,13 +280,13 @@ def _meshes_from_arrow(table: pa.Table) -> Meshes:
     if "corner_values" in table.column_names:
         data = CornerData(_flat(table.column("corner_values"))[0], _flat(table.column("slots"))[0])
     return Meshes(
-        points,
-        corners,
-        offsets_from_counts(face_sizes),
-        offsets_from_counts(faces_per_mesh),
-        offsets_from_counts(points_per_mesh),
-        tags,
-        data,
+        points=points,
+        corners=corners,
+        face_offsets=offsets_from_counts(face_sizes),
+        mesh_faces=offsets_from_counts(faces_per_mesh),
+        mesh_points=offsets_from_counts(points_per_mesh),
+        tags=tags,
+        data=data,
     )
 
 

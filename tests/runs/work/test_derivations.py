@@ -3,7 +3,9 @@
 import copy
 import json
 import os
+from collections import Counter
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from hypothesis import strategies as st
 
 from grammarlab.derivation import derive
 from grammarlab.errors import AssetError
+from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.derivations import load_forest, save_forest
 from tests.runs.forests import assert_same, random_forest
@@ -95,7 +98,18 @@ ADDRESSES = {"seed": 5, "first_model": 7, "num_models": 3}
 def test_a_stored_forest_of_the_third_format_is_what_its_grammar_derives_today():
     data = Path(__file__).parents[1] / "data"
     derived = derive(Grammar.parse((data / "format-3.cga").read_text()), 3, 5, first_model=7)
-    assert_same(load_forest(data / "format-3"), replace(derived, prints=(), missing_assets=()))
+    stored = load_forest(data / "format-3")
+    # Faces of extruded shapes and roofs have had another order since then.
+    assert faces_of(stored.meshes) == faces_of(derived.meshes)
+    order = {"corners": stored.meshes.corners, "face_offsets": stored.meshes.face_offsets}
+    assert_same(stored, replace(derived, prints=(), missing_assets=(), meshes=replace(derived.meshes, **order)))
+
+
+def faces_of(meshes: Meshes) -> list[Counter[tuple[int, ...]]]:
+    """The faces of each mesh in any order, each from its first point on."""
+    rings = np.split(meshes.corners, meshes.face_offsets[1:-1])
+    turned = [tuple(np.roll(ring, -int(ring.argmin())).tolist()) for ring in rings]
+    return [Counter(turned[first:end]) for first, end in pairwise(meshes.mesh_faces.tolist())]
 
 
 @pytest.mark.parametrize(
