@@ -24,6 +24,9 @@ def plan(tmp_path: Path) -> Path:
     return write_plan(tmp_path / "plan", boxes())
 
 
+ENDLESS = "Endless --> case scope.sx > 0 : Endless else : X."
+
+
 def test_every_parcel_is_listed_once(plan: Path, tmp_path: Path):
     result = build_city(plan, tmp_path / "city", cityjson=LEVELS)
     rows = read_parcel_table(tmp_path / "city" / "parcels.parquet")
@@ -97,7 +100,7 @@ def test_one_parcel_more_changes_only_those_that_it_touches(plan: Path, tmp_path
 
 
 def test_a_building_that_cannot_be_derived_stops_no_other(plan: Path, tmp_path: Path):
-    rules = "Lot --> case scope.sx > 0 && p(0.5) : Endless else : extrude(3) Y.\nEndless --> case scope.sx > 0 : Endless else : X."
+    rules = f"Lot --> case scope.sx > 0 && p(0.5) : Endless else : extrude(3) Y.\n{ENDLESS}"
     (plan.parent / "chance.cga").write_text(rules)
     result = build_city(plan, tmp_path / "city")
     rows = read_parcel_table(tmp_path / "city" / "parcels.parquet")
@@ -117,10 +120,8 @@ def test_an_unknown_attribute_and_a_folder_without_a_city_are_named(plan: Path, 
 
 def test_a_city_in_which_nothing_can_be_built_lists_every_parcel(plan: Path, tmp_path: Path):
     build_city(plan, tmp_path / "city")
-    (plan.parent / "chance.cga").write_text("Lot --> Endless\nEndless --> case scope.sx > 0 : Endless else : X.")
-    (plan.parent / "rules.cga").write_text(
-        "attr height = 1\nLot --> Endless\nEndless --> case scope.sx > 0 : Endless else : X."
-    )
+    (plan.parent / "chance.cga").write_text(f"Lot --> Endless\n{ENDLESS}")
+    (plan.parent / "rules.cga").write_text(f"attr height = 1\nLot --> Endless\n{ENDLESS}")
     result = build_city(plan, tmp_path / "city", cityjson=LEVELS)
     assert (result.num_built, result.num_tiles) == (0, 0)
     assert sum(result.empty.values()) == len(boxes())
