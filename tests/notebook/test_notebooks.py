@@ -60,7 +60,7 @@ def test_a_notebook_imports_the_public_names_and_nothing_private(path):
     source = "\n".join(cell.source for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code")
     nodes = list(ast.walk(ast.parse(source)))
     modules = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    modules += [node.module for node in nodes if isinstance(node, ast.ImportFrom)]
+    modules += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
     assert [name for name in modules if name.startswith("grammarlab")] == ["grammarlab"]
     names = {node.attr for node in nodes if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "gl"}
     assert names

@@ -65,11 +65,11 @@ def edge_components(shape: Shape) -> list[Component]:
         mean = unit(sum(normals, NOWHERE))
         if not mean.any():
             mean = normals[0]
-        ends = mesh.points[end], mesh.points[start]
-        if _is_eave(mesh, *ends, normals):
+        first, last = mesh.points[end], mesh.points[start]
+        if _is_eave(mesh, first, last, normals):
             mean = max(normals, key=lambda n: n[1])
-            ends = ends if mean is normals[0] else ends[::-1]
-        edge = segment(shape, *ends, mean)
+            first, last = (first, last) if mean is normals[0] else (last, first)
+        edge = segment(shape, first, last, mean)
         result.append(Component(edge, mean, len(faces) == 1, "e"))
     return result
 

@@ -106,7 +106,7 @@ class BoxSpace(AbstractDesignSpace[Floats]):
 
     def values(self, designs: Sequence[Floats], features: Sequence[Feature]) -> Floats:
         rows = np.concatenate([np.zeros((0, 3)), *designs])
-        columns = dict(zip(NAMES, rows.T, strict=True))
+        columns: dict[str, Floats] = dict(zip(NAMES, rows.T, strict=True))
         return np.column_stack([rows[:, :0], *(feature_values(columns, feature) for feature in features)])
 
     def realize(self, addresses: Sequence[Address]) -> Realized:

@@ -77,7 +77,7 @@ READS = ("Street[House@0 > Storey]", "Street[House@1 > Shed]", "Street[House@0 >
 @pytest.mark.parametrize("seed", range(4))
 def test_odd_names_stay_valid_and_unique(seed):
     random = np.random.default_rng(seed)
-    odd = dict(zip(NAMES, random.permutation(ODD).tolist(), strict=False))
+    odd: dict[str, str] = dict(zip(NAMES, random.permutation(ODD).tolist(), strict=False))
     text, *reads = (re.sub(r"\w+", lambda match: odd.get(match[0], match[0]), each) for each in (STREET, *READS))
     values = random.random(5)
     found = learned(reads, lambda v: values[(v @ [1, 2, 3] % 5).astype(int)] * (v[:, 0] != 1), text)

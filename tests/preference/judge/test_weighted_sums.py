@@ -41,13 +41,13 @@ def test_a_half_space_is_one_column(noise):
     bound = np.sort(sums)[int(inside.sum())]
     assert np.mean((sums < bound) == inside) > 0.96
     assert verdict.total > verdict.known + 5.0
-    shuffled = judged(columns, NONE, np.zeros(0), NONE, columns, randomness.permutation(scores))
+    shuffled = judged(columns, NONE, np.zeros(0), NONE, columns, scores[randomness.permutation(len(scores))])
     assert shuffled.sums == ()
 
 
 def test_prices_count_sets_digits_and_signs():
     columns = draws(90, 6, 5)
-    scores = 100.0 * (columns @ [3.0, -2.0, 1.0, 0.0, 0.0, 0.0] > 1.0)
+    scores = np.where(columns @ [3.0, -2.0, 1.0, 0.0, 0.0, 0.0] > 1.0, 100.0, 0.0)
     found = list(weighted_sums(columns, scores))
     assert found
     assert max(len(some.columns) for some in found) <= MAX_TERMS

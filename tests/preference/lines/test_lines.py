@@ -81,7 +81,7 @@ def test_points_add_up_and_clipping_is_seen_through(noise):
     assert set(best_line(rows, prices, scores).columns) == {3, 8, 20}
     # Without a pattern, any distribution of values is more likely than points.
     nothing = UnexplainedScores.of(scores)
-    shuffled = best_line(rows, prices, randomness.permutation(scores))
+    shuffled = best_line(rows, prices, scores[randomness.permutation(len(scores))])
     assert shuffled.total < nothing.log_evidence(nothing.members.sum(axis=0)[None])[0]
 
 
