@@ -122,7 +122,7 @@ def combined_shapes(
         if mesh is None:
             message = f"{operation} expects closed geometry; what is not closed stays as it is"
             workspace.recorder.add_warning(message, location)
-            mesh = _appended([*left, *right] if operation == "union" else left)
+            mesh = Meshes.united([*left, *right] if operation == "union" else left)
         meshes.append(mesh)
     return _with_meshes(shapes, meshes, workspace)
 
@@ -149,23 +149,7 @@ def _unified(group: Sequence[Meshes], strategy: str, workspace: Workspace, locat
         if solid is not None:
             return polygons_of(solid)
         workspace.recorder.add_warning("inline(unify) expects closed geometry; it is appended", location)
-    return _appended(group)
-
-
-def _appended(group: Sequence[Meshes]) -> Meshes:
-    """All faces as one mesh."""
-    if not group:
-        return Meshes.single(np.zeros((0, 3)), [])
-    whole = Meshes.concatenate(list(group))
-    return Meshes(
-        points=whole.points,
-        corners=whole.corner_points(),
-        face_offsets=whole.face_offsets,
-        mesh_faces=np.array([0, whole.num_faces]),
-        mesh_points=np.array([0, len(whole.points)]),
-        tags=whole.tags,
-        data=whole.data,
-    )
+    return Meshes.united(group)
 
 
 def _with_meshes(shapes: Shapes, meshes: Sequence[Meshes], workspace: Workspace) -> Shapes:

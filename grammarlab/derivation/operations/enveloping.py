@@ -78,23 +78,8 @@ def _grouped(parts: list[Meshes], counts: Rows) -> Meshes:
     groups, start = [], 0
     for count in counts.tolist():
         group, start = parts[start : start + count], start + count
-        groups.append(_joined(group))
+        groups.append(Meshes.united(group))
     return Meshes.concatenate(groups)
-
-
-def _joined(parts: list[Meshes]) -> Meshes:
-    if not parts:
-        return Meshes.single(np.zeros((0, 3)), [])
-    whole = Meshes.concatenate(parts)
-    return Meshes(
-        points=whole.points,
-        corners=whole.corner_points(),
-        face_offsets=whole.face_offsets,
-        mesh_faces=np.array([0, whole.num_faces]),
-        mesh_points=np.array([0, len(whole.points)]),
-        tags=whole.tags,
-        data=whole.data,
-    )
 
 
 OPERATIONS: dict[str, Operation] = {"envelope": Operation(envelope, frozenset({"normal", "world.up"}), (4, 10))}

@@ -85,6 +85,22 @@ class Meshes:
         return cls(np.asarray(points, dtype=np.float64), corners, face_offsets, *ends, tag_column)
 
     @classmethod
+    def united(cls, parts: Sequence[Meshes]) -> Meshes:
+        """All faces of some meshes as a single mesh; without any, a mesh without faces."""
+        if not parts:
+            return cls.single(np.zeros((0, 3)), [])
+        whole = cls.concatenate(list(parts))
+        return cls(
+            points=whole.points,
+            corners=whole.corner_points(),
+            face_offsets=whole.face_offsets,
+            mesh_faces=np.array([0, whole.num_faces]),
+            mesh_points=np.array([0, len(whole.points)]),
+            tags=whole.tags,
+            data=whole.data,
+        )
+
+    @classmethod
     def concatenate(cls, batches: Sequence[Meshes]) -> Meshes:
         """All meshes of several batches, in order."""
         if len(batches) == 1:
