@@ -11,6 +11,7 @@ from grammarlab.derivation.expressions import VOCABULARY, CompiledFunction, Expr
 from grammarlab.derivation.forest import RuleName, Site, SiteKind
 from grammarlab.derivation.functions import CONTEXT_QUERIES
 from grammarlab.derivation.functions.shape_attributes import ASK_FOR_PIVOT, KEY_ATTRIBUTES, STATE_DEFAULTS
+from grammarlab.derivation.functions.shape_tags import BUILTINS as TAG_FUNCTIONS
 from grammarlab.derivation.functions.shape_textures import BUILTINS as TEXTURE_FUNCTIONS
 from grammarlab.derivation.functions.street_sides import STREET_ALIASES
 from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors, override_name
@@ -146,6 +147,7 @@ class _Compilation:
             has_trim_planes=_has_trim_planes(rule_nodes, self._invoked),
             trims_again=_trims_again(self._nodes),
             selects_streets=any(_selects_streets(node) for node in self._nodes),
+            uses_tags=any(_reads_tags(node) for node in self._nodes),
             # Last: the functions that are called are known when everything is compiled.
             queries_context=not self._names.called.isdisjoint(CONTEXT_QUERIES),
         )
@@ -312,6 +314,11 @@ def _selects_streets(node: Node) -> bool:
     if isinstance(node, Invoke):
         return node.name == "envelope"
     return isinstance(node, Name) and (node.identifier.startswith("street.") or node.identifier in STREET_ALIASES)
+
+
+def _reads_tags(node: Node) -> bool:
+    name = node.function if isinstance(node, Call) else node.identifier if isinstance(node, Name) else ""
+    return name in TAG_FUNCTIONS
 
 
 def _has_trim_planes(

@@ -34,6 +34,7 @@ from grammarlab.derivation.state.mesh_table import MeshTable, normalized
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import FOOTPRINT, Ids, Shapes, concatenate
 from grammarlab.derivation.state.surroundings import Collector, Surroundings, visible
+from grammarlab.derivation.state.tag_table import TagTable
 from grammarlab.derivation.state.trim_planes import NONE, TRIM, TrimPlanes
 from grammarlab.derivation.state.workspace import Budget, Workspace
 from grammarlab.derivation.strings import StringTable
@@ -323,6 +324,7 @@ def _prepare(
         collector=collector,
         surroundings=surroundings,
         trim_planes=TrimPlanes(stay_off=not program.trims_again),
+        tags=TagTable() if program.uses_tags else None,
     )
     if program.selects_streets:
         workspace.streets = streets_of_lots(lots, workspace)

@@ -61,6 +61,8 @@ class Program:
     """Whether rules may switch trim planes on, so that shapes keep planes that are off."""
     selects_streets: bool
     """Whether rules use selectors such as ``street.front``, for which shapes remember the edges of their lots."""
+    uses_tags: bool
+    """Whether rules read tags, for which faces remember theirs."""
     queries_context: bool
     """Whether rules use spatial queries, for which models are derived twice."""
 

@@ -86,7 +86,7 @@ def faces(meshes: Meshes) -> ComponentMeshes:
     count = meshes.num_faces
     of_mesh = meshes.mesh_of_face()
     is_border = faces_at_boundary(meshes, edge_table(meshes))
-    is_border = np.where(meshes.tags == BORDER, True, np.where(meshes.tags == INSIDE, False, is_border))
+    is_border = np.where(meshes.roles == BORDER, True, np.where(meshes.roles == INSIDE, False, is_border))
     alone = face_sets(meshes, np.arange(count), np.ones(count, np.int64))
     index = index_in_row(np.diff(meshes.mesh_faces))
     return replace(alone, mesh=of_mesh, index=index, is_border=is_border)

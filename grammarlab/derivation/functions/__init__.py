@@ -11,6 +11,7 @@ from grammarlab.derivation.functions import (
     number_functions,
     shape_attributes,
     shape_measures,
+    shape_tags,
     shape_textures,
     text_functions,
 )
@@ -26,6 +27,7 @@ BUILTINS = {
     **asset_functions.BUILTINS,
     **asset_fitting.BUILTINS,
     **shape_measures.BUILTINS,
+    **shape_tags.BUILTINS,
     **shape_textures.BUILTINS,
     **context_queries.BUILTINS,
 }

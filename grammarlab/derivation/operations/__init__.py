@@ -14,6 +14,7 @@ from grammarlab.derivation.operations import (
     scope,
     setbacks,
     split,
+    tagging,
     texturing,
 )
 
@@ -27,6 +28,7 @@ OPERATIONS = {
     **outlines.OPERATIONS,
     **roofing.OPERATIONS,
     **scope.OPERATIONS,
+    **tagging.OPERATIONS,
     **texturing.OPERATIONS,
 }
 """Operations without a block, by name."""

@@ -9,6 +9,7 @@ from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPa
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.operations.split import AXES, cut_in_slabs, elements_of, whole_turned
 from grammarlab.derivation.split_sizes import SplitPieces, count_pieces, divide
+from grammarlab.derivation.state.face_tags import with_changed_tags
 from grammarlab.geometry.meshes.measure import areas
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.ragged import sum_rows
@@ -34,7 +35,8 @@ def split_area(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     call.workspace.expanded(count_pieces(total, elements), call.shapes.num, call.location)
     profile = _Profile(meshes, axis, call.shapes.size[:, axis])
     pieces = [_along_axis(piece, profile) for piece in divide(total, elements)]
-    return cut_in_slabs(call, axis, pieces)
+    untagged = with_changed_tags(call.shapes, call.workspace, lambda names: ())
+    return cut_in_slabs(call._replace(shapes=untagged), axis, pieces)
 
 
 class _Profile:

@@ -19,6 +19,7 @@ from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPa
 from grammarlab.derivation.calls.texture_transfer import with_pivot
 from grammarlab.derivation.frames import CUBE, cube_index
 from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
+from grammarlab.derivation.functions.shape_tags import COMPONENT_TAGS
 from grammarlab.derivation.functions.street_sides import (
     STREET_ALIASES,
     OutwardLines,
@@ -27,8 +28,10 @@ from grammarlab.derivation.functions.street_sides import (
     line_sides,
 )
 from grammarlab.derivation.state.box_orders import kinds
+from grammarlab.derivation.state.face_tags import sets_of_components
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes
+from grammarlab.derivation.state.tag_table import TagTable
 from grammarlab.derivation.state.trim_planes import NONE, TRIM, with_trim_ids
 from grammarlab.geometry import components as parts_of
 from grammarlab.geometry.components import connected_faces, face_edges, face_vertices, joined, unaligned, upwards
@@ -87,6 +90,10 @@ class AbstractComponents(ABC):
         """[K] the components that a selector names."""
 
     @abstractmethod
+    def tags(self, part: str) -> Ids:
+        """[K] sets of tags of the components; with ``e`` or ``v`` of all that shares an edge or a corner with them."""
+
+    @abstractmethod
     def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         """The shapes that chosen components make.
 
@@ -126,6 +133,9 @@ class _BoxFaces(AbstractComponents):
         normals = _CUBE_NORMALS[self._cubes[self._order].ravel()]
         flags = oriented(selector, normals, self.row, self._shapes, self._call.workspace)
         return by_streets(selector, lambda: self._sides, flags, self.row, self._shapes, self._call.workspace)
+
+    def tags(self, part: str) -> Ids:
+        return np.zeros(len(self.row), np.int32)
 
     @cached_property
     def _sides(self) -> Sides:
@@ -174,6 +184,10 @@ class _MeshComponents(AbstractComponents):
         to_object = _to_object(self._call, shapes) if prefix in ("object", "street") else None
         flags = select(self._components, selector, to_object, to_world)
         return by_streets(selector, lambda: self._sides, flags, self.row, shapes, self._call.workspace)
+
+    def tags(self, part: str) -> Ids:
+        table = self._call.workspace.tags
+        return sets_of_components(self._meshes, TagTable() if table is None else table, self._kind, part)
 
     @cached_property
     def _sides(self) -> Sides:
@@ -230,6 +244,9 @@ class _MixedComponents(AbstractComponents):
 
     def picked(self, selector: str) -> Flags:
         return np.concatenate([group.picked(selector) for _, group in self._groups])[self._order]
+
+    def tags(self, part: str) -> Ids:
+        return np.concatenate([group.tags(part) for _, group in self._groups])[self._order]
 
     def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
         turn = np.full(len(self.row), -1, np.int64)
@@ -333,6 +350,10 @@ def _chosen(call: BoundCall, components: AbstractComponents, head: Head, availab
             return candidates
         placed = components.shapes_of(candidates, "each", aligned=False)
         shapes, number = call.shapes.parts(*placed[:5]), components.index[candidates]
+        if call.workspace.tags is not None:
+            names = {part: COMPONENT_TAGS + (f".{part}" if part else "") for part in ("", "e", "v")}
+            tags = {name: components.tags(part)[candidates] for part, name in names.items()}
+            shapes = shapes._replace(state={**shapes.state, **tags})
         flags = selected(call, head.condition, shapes, number, lambda word: _picked(components, word)[candidates])
         return candidates[flags]
     value = head.argument.value

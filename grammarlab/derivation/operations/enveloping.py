@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import BoundCall, Operation
@@ -10,7 +11,9 @@ from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.operations.extrusion import first_normals, stood_up
 from grammarlab.derivation.operations.outlines import Rows, edge_values, edges_towards
 from grammarlab.derivation.state.array_table import is_table
+from grammarlab.derivation.state.face_tags import inherited, with_automatic_tags
 from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.geometry.meshes.measure import face_normals
 from grammarlab.geometry.meshes.mesh import Meshes
 
 _SIDES = {
@@ -20,6 +23,9 @@ _SIDES = {
     9: ("front", "back", "right", "left"),
 }
 """Sides of the lot with a height and an angle each, by the number of arguments."""
+_TAGS = {0: "bottom", 1: "side.base", 2: "side.slope", 3: "top"}
+_LEVEL = 1e-9
+"""Tolerance of the height of a unit normal."""
 _SELECTORS = {"side": ("left", "right")}
 
 
@@ -37,7 +43,15 @@ def envelope(call: BoundCall) -> Shapes:
     along = first_normals(shapes, call.workspace)
     if "world.up" in call.words:
         along = call.workspace.frames.to_local(shapes.frame, np.broadcast_to([0.0, 1.0, 0.0], (shapes.num, 3)))
-    return stood_up(call, _envelopes(meshes, along, heights, bases, angles), along)
+    standing = stood_up(call, _envelopes(meshes, along, heights, bases, angles), along)
+    kept = inherited(standing, shapes, np.arange(shapes.num), call.workspace)
+    return with_automatic_tags(kept, call.workspace, "envelope", _kinds, _TAGS)
+
+
+def _kinds(meshes: Meshes) -> NDArray[np.int64]:
+    """[F] which of `_TAGS` a face has: level ones look up or down, walls sideways."""
+    height = face_normals(meshes)[:, 1]
+    return np.select([height > 1.0 - _LEVEL, height < _LEVEL - 1.0, np.abs(height) < _LEVEL], [3, 0, 1], 2)
 
 
 def _limits(call: BoundCall, meshes: Meshes, mesh: Rows) -> tuple[Floats, Floats]:

@@ -9,12 +9,13 @@ from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.frames import cube_index
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.state.box_orders import PRISM, SUNK_PRISM
+from grammarlab.derivation.state.face_tags import with_automatic_tags
 from grammarlab.derivation.state.mesh_table import replaced, turned_over
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Ids, Shapes
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.meshes import extrude as solids
 from grammarlab.geometry.meshes.measure import face_normals
-from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.mesh import BOTTOM, INNER_WALL, OUTER_WALL, TOP, Meshes
 
 _WORDS = frozenset(
     {"world.up", "world.up.flatTop", "world.x", "world.y", "world.z", "face.normal", "vertex.normal", "x", "y", "z"}
@@ -24,6 +25,8 @@ _NORMALS = frozenset({"face.normal", "vertex.normal"})
 _LYING = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """The scope of an extruded face in the face's axes: its y is the face's z, its z the face's -y."""
 _LYING_CUBE = cube_index(_LYING)
+_TAGS = {BOTTOM: "bottom", TOP: "top", OUTER_WALL: "side.outer", INNER_WALL: "side.inner"}
+"""Tag of each role of faces."""
 
 
 def extrude(call: BoundCall) -> Shapes:
@@ -35,7 +38,7 @@ def extrude(call: BoundCall) -> Shapes:
     if len(call.values) != 1:
         raise call.error("extrude expects one height, or a direction such as world.up and a height")
     heights = np.broadcast_to(call.length(call.values[0], 1), call.shapes.num)
-    solid = _extruded(call, heights)
+    solid = _with_tags(call, _extruded(call, heights))
     below = (heights < 0.0) & (solid.mesh != EMPTY)
     return turned_over(solid, below, call.workspace.meshes, call.workspace.frames) if below.any() else solid
 
@@ -44,7 +47,7 @@ def _extruded(call: BoundCall, heights: Floats) -> Shapes:
     """The solids, in scopes of positive height."""
     direction = call.words[0] if call.words else "face.normal"
     shapes = call.shapes
-    if direction == "face.normal":
+    if direction == "face.normal" and call.workspace.tags is None:
         footprint, face = shapes.mesh == FOOTPRINT, shapes.mesh == FACE
         if footprint.all():
             return _raised(call, shapes, heights)
@@ -107,18 +110,23 @@ def _general(call: BoundCall, shapes: Shapes, heights: Floats, direction: str) -
     edges = solids.are_edges(meshes)
     if edges.any() and not edges.all():
         return _one_by_one(call, heights, (edges,))
-    along = _directions(call, shapes, direction)
+    along, roles = _directions(call, shapes, direction), call.workspace.tags is not None
     if edges.any():
         # An edge moves along the normal of its face, or the mean one of its faces: its z axis.
         along = np.broadcast_to([0.0, 0.0, 1.0], along.shape) if direction in _NORMALS else along
         solid = solids.extrude_edges(meshes, along * heights[:, None])
     elif direction == "vertex.normal":
-        solid = solids.extrude_along_vertex_normals(meshes, heights)
+        solid = solids.extrude_along_vertex_normals(meshes, heights, roles)
     elif direction == "world.up.flatTop":
-        solid = solids.extrude_to_level(meshes, heights, along)
+        solid = solids.extrude_to_level(meshes, heights, along, roles)
     else:
-        solid = solids.extrude(meshes, heights, None if direction == "face.normal" else along)
+        solid = solids.extrude(meshes, heights, None if direction == "face.normal" else along, roles)
     return stood_up(call, solid, along)
+
+
+def _with_tags(call: BoundCall, solid: Shapes) -> Shapes:
+    """The solids with the automatic tags of `_TAGS`, such as ``extrude.side.outer``."""
+    return with_automatic_tags(solid, call.workspace, "extrude", lambda meshes: meshes.roles, _TAGS)
 
 
 def stood_up(call: BoundCall, solid: Meshes, along: Floats) -> Shapes:

@@ -21,6 +21,7 @@ from grammarlab.derivation.functions.street_sides import (
 )
 from grammarlab.derivation.operations.comp import edges_of_faces
 from grammarlab.derivation.state.array_table import is_table
+from grammarlab.derivation.state.face_tags import inherited
 from grammarlab.derivation.state.mesh_table import add_faces, normalized, replaced
 from grammarlab.derivation.state.shapes import Shapes
 from grammarlab.geometry.components import extract_faces
@@ -222,7 +223,9 @@ def _wings(name: Literal["shapeL", "shapeO", "shapeU"]) -> BlockOperation:
 def _replaced(call: BoundCall, meshes: Meshes, moved: EdgeMoves) -> Shapes:
     """The shapes with other geometry [N], which is in their axes."""
     result = replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
-    return with_moved_edges(result, meshes, np.arange(call.shapes.num), call.shapes, moved, call.workspace)
+    rows = np.arange(call.shapes.num)
+    result = inherited(result, call.shapes, rows, call.workspace)
+    return with_moved_edges(result, meshes, rows, call.shapes, moved, call.workspace)
 
 
 def parts_of(
@@ -251,6 +254,7 @@ def _pieces(call: BoundCall, meshes: Meshes, faces: Rows, counts: Rows, row: Row
     frame = shapes.frame[row]
     position = shapes.position[row] + frames.to_world(frame, low)
     parts = shapes.parts(row, position, size, frame, add_faces(call.workspace.meshes, unit))
+    parts = inherited(parts, shapes, row, call.workspace)
     return with_moved_edges(parts, local, row, shapes, moved, call.workspace)
 
 

@@ -15,11 +15,15 @@ from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, Op
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.operations.alignment import where
 from grammarlab.derivation.operations.extrusion import first_normals, stood_up
+from grammarlab.derivation.state.face_tags import inherited, with_automatic_tags
 from grammarlab.derivation.state.mesh_table import turned_over
 from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.geometry.meshes.measure import face_normals
 from grammarlab.geometry.meshes.mesh import Meshes
 
 _WORDS = frozenset({"byAngle", "byHeight"})
+_LEVEL = 1e-9
+"""Largest height of the unit normal of a wall: a tolerance."""
 
 
 def roof_hip(call: BoundCall) -> Shapes:
@@ -81,7 +85,7 @@ def taper(call: BoundCall) -> Shapes:
     owner = faces.mesh_of_face()
     # Over a face seen from behind, the pyramid points the opposite way.
     solid = roofs.taper(faces.reversed(below[owner]), np.abs(heights))
-    standing = stood_up(call, solid, first_normals(shapes, workspace))
+    standing = with_roof_tags(call, stood_up(call, solid, first_normals(shapes, workspace)), "taper", "side")
     return turned_over(standing, below, workspace.meshes, workspace.frames) if below.any() else standing
 
 
@@ -122,7 +126,30 @@ def _index(call: BoundCall, argument: Argument) -> NDArray[np.int64]:
 
 
 def _roofed(call: BoundCall, roof: Meshes) -> Shapes:
-    return stood_up(call, roof, first_normals(call.shapes, call.workspace))
+    standing = stood_up(call, roof, first_normals(call.shapes, call.workspace))
+    walls = "side.outer" if call.name in ("roofRidge", "roofShed") else "side"
+    return with_roof_tags(call, standing, "roof", "top", walls)
+
+
+def with_roof_tags(call: BoundCall, roofs: Shapes, base: str, slope: str, wall: str = "") -> Shapes:
+    """Roofs that keep the tags of what they stand on, with tags for their undersides, slopes and walls.
+
+    Args:
+        call: the operation.
+        roofs: its results, in scopes that stand on them.
+        base: first subtag of all.
+        slope: tag of faces that look up.
+        wall: tag of faces that look sideways, as those of gables; that of slopes by default.
+    """
+    kept = inherited(roofs, call.shapes, np.arange(roofs.num), call.workspace)
+    names = {-1: "bottom", 0: wall or slope, 1: slope}
+    return with_automatic_tags(kept, call.workspace, base, _slopes, names)
+
+
+def _slopes(meshes: Meshes) -> NDArray[np.int64]:
+    """[F] the direction of each face: 1 up, 0 sideways, -1 down."""
+    height = face_normals(meshes)[:, 1]
+    return np.where(np.abs(height) < _LEVEL, 0, np.sign(height)).astype(np.int64)
 
 
 OPERATIONS: dict[str, Operation] = {

@@ -20,6 +20,7 @@ from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import Shapes, Value, join_values, take_value
 from grammarlab.derivation.state.street_outlines import PLAN, StreetOutlines
 from grammarlab.derivation.state.surroundings import Collector, Surroundings
+from grammarlab.derivation.state.tag_table import TagTable
 from grammarlab.derivation.state.texture_maps import TextureMapTable, map_name
 from grammarlab.derivation.state.trim_planes import TrimPlanes
 from grammarlab.derivation.state.width_attribute import StreetWidth, has_widths, widths_of_models
@@ -95,6 +96,8 @@ class Workspace:
     trim_planes: TrimPlanes
     assets: AssetFolder | None = None
     """Folder that asset paths are relative to and may not leave."""
+    tags: TagTable | None = None
+    """Sets of tags of faces, if rules read tags."""
     streets: StreetOutlines | None = None
     """Edges along streets, if rules use selectors such as ``street.front`` and something is known of streets."""
     collector: Collector | None = None

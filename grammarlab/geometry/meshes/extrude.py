@@ -9,7 +9,7 @@ import numpy as np
 from grammarlab.arrays import Flags, Floats, offsets_from_counts, take_rows
 from grammarlab.geometry.meshes.edges import edges
 from grammarlab.geometry.meshes.measure import area_vectors, face_normals
-from grammarlab.geometry.meshes.mesh import Indices, Meshes, Soup
+from grammarlab.geometry.meshes.mesh import BOTTOM, INNER_WALL, OUTER_WALL, TOP, Indices, Meshes, Soup
 from grammarlab.geometry.meshes.ragged import any_rows, next_in_row, sum_rows
 from grammarlab.geometry.meshes.vectors import dot, has_length, unit
 
@@ -17,7 +17,7 @@ SAME_DIRECTION = 1e-9
 """Largest difference of unit normals of faces that are extruded together."""
 
 
-def extrude(meshes: Meshes, heights: Floats, directions: Floats | None = None) -> Meshes:
+def extrude(meshes: Meshes, heights: Floats, directions: Floats | None = None, roles: bool = False) -> Meshes:
     """Every face moved along a direction, with walls between its old and new place.
 
     The faces of a result are, face by face as in CityEngine: the original face, the moved face, the walls in the order
@@ -28,6 +28,7 @@ def extrude(meshes: Meshes, heights: Floats, directions: Floats | None = None) -
         meshes: M meshes. If all faces of a mesh move in the same way, an edge between two of them gets no wall.
         heights: [M] metres, signed. A mesh of height 0 does not change.
         directions: [M, 3] unit vectors; each face's own normal by default.
+        roles: whether the faces get the roles `BOTTOM`, `TOP`, `OUTER_WALL` and `INNER_WALL` (along holes).
     """
     normals = face_normals(meshes)
     if directions is None:
@@ -40,22 +41,23 @@ def extrude(meshes: Meshes, heights: Floats, directions: Floats | None = None) -
     shift = np.zeros_like(loose.points)
     face = loose.face_of_corner()
     shift[loose.corner_points()] = (along * heights[loose.mesh_of_face()][:, None])[face]
-    return _prisms(loose, shift, heights != 0.0)
+    return _prisms(loose, shift, heights != 0.0, roles)
 
 
-def extrude_along_vertex_normals(meshes: Meshes, heights: Floats) -> Meshes:
+def extrude_along_vertex_normals(meshes: Meshes, heights: Floats, roles: bool = False) -> Meshes:
     """Every vertex moved along the mean normal of its faces, with walls along boundary edges.
 
     Args:
         meshes: M meshes.
         heights: [M] metres, signed. A mesh of height 0 does not change.
+        roles: as for `extrude`.
     """
     mean = np.zeros_like(meshes.points)
     np.add.at(mean, meshes.corner_points(), face_normals(meshes)[meshes.face_of_corner()])
-    return _prisms(meshes, unit(mean) * heights[meshes.mesh_of_point()][:, None], heights != 0.0)
+    return _prisms(meshes, unit(mean) * heights[meshes.mesh_of_point()][:, None], heights != 0.0, roles)
 
 
-def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats) -> Meshes:
+def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats, roles: bool = False) -> Meshes:
     """Every vertex moved along a direction to one level per mesh: CGA's ``world.up.flatTop``.
 
     A height >= 0 counts from the lowest vertex and the level is at least that of the highest one; a negative height
@@ -65,6 +67,7 @@ def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats) -> Meshes:
         meshes: M meshes.
         heights: [M] metres, signed.
         up: [M, 3] unit vectors.
+        roles: as for `extrude`.
     """
     of_point = meshes.mesh_of_point()
     level = dot(meshes.points, up[of_point])
@@ -75,7 +78,7 @@ def extrude_to_level(meshes: Meshes, heights: Floats, up: Floats) -> Meshes:
     rise = target[of_point] - level
     moves = np.zeros(len(meshes), bool)
     moves[of_point[rise != 0.0]] = True
-    return _prisms(meshes, up[of_point] * rise[:, None], moves)
+    return _prisms(meshes, up[of_point] * rise[:, None], moves, roles)
 
 
 def extrude_edges(meshes: Meshes, shift: Floats) -> Meshes:
@@ -135,7 +138,7 @@ def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
     )
 
 
-def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
+def _prisms(meshes: Meshes, shift: Floats, moves: Flags, roles: bool) -> Meshes:
     """Original faces, moved faces and walls of the meshes that move; the others unchanged."""
     table = edges(meshes)
     face, following = meshes.face_of_corner(), next_in_row(meshes.face_offsets)
@@ -166,11 +169,14 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
     )
     solid = moving & any_rows(is_lifted[here], meshes.face_offsets)
     whole = Soup.of_faces(meshes, np.arange(meshes.num_faces))
-    untagged = np.zeros(meshes.num_faces, np.int8)
+    names = meshes.tags - meshes.roles
+    wall_tags = names[face[corner]]
+    if roles:
+        wall_tags = wall_tags + np.where(_along_holes(meshes, edge)[corner], INNER_WALL, OUTER_WALL)
     parts = [
-        replace(_reordered(whole, here, towards_bottom), tags=untagged).where(solid),
-        replace(_reordered(whole, above, towards_top), tags=untagged).where(solid),
-        Soup(walls.ravel(), 4 * np.arange(len(walls) + 1), walls_of, face[corner], np.zeros(len(walls), np.int8)),
+        replace(_reordered(whole, here, towards_bottom), tags=names + (BOTTOM if roles else 0)).where(solid),
+        replace(_reordered(whole, above, towards_top), tags=names + (TOP if roles else 0)).where(solid),
+        Soup(walls.ravel(), 4 * np.arange(len(walls) + 1), walls_of, face[corner], wall_tags),
         whole.where(~moving),
     ]
     faces = Soup.concatenate(parts)
@@ -178,6 +184,24 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags) -> Meshes:
         faces = faces.without_repeats()
     points = np.concatenate((meshes.points, meshes.points + shift))
     return faces.meshes(points, np.tile(meshes.mesh_of_point(), 2), len(meshes))
+
+
+def _along_holes(meshes: Meshes, edge_of_corner: Indices) -> Flags:
+    """[C] whether the edge that leaves each corner is one of a hole: the outline passed an odd number of bridges."""
+    is_bridge = edge_of_corner < 0
+    flags = np.zeros(len(is_bridge), bool)
+    here, following = meshes.corner_points(), next_in_row(meshes.face_offsets)
+    for face in np.unique(meshes.face_of_corner()[is_bridge]).tolist():
+        open_bridges: list[frozenset[int]] = []
+        for corner in range(meshes.face_offsets[face], meshes.face_offsets[face + 1]):
+            ends = frozenset((int(here[corner]), int(here[following[corner]])))
+            if not is_bridge[corner]:
+                flags[corner] = bool(open_bridges)
+            elif open_bridges and open_bridges[-1] == ends:
+                open_bridges.pop()
+            else:
+                open_bridges.append(ends)
+    return flags
 
 
 def _reordered(faces: Soup, rows: Indices, corners: Indices) -> Soup:

@@ -22,8 +22,9 @@ from grammarlab.geometry.meshes.ragged import next_in_row, sum_rows
 
 Indices = NDArray[np.int64]
 
-UNTAGGED, INSIDE, BORDER = 0, 1, 2
-"""Face tags set by ``offset`` and read by the selectors ``inside`` and ``border`` of ``comp``."""
+UNTAGGED, INSIDE, BORDER, BOTTOM, TOP, OUTER_WALL, INNER_WALL, NUM_ROLES = range(8)
+"""Roles of faces, and their number: those that ``offset`` gives, for the selectors ``inside`` and ``border`` of
+``comp``, and those of the faces of a solid, where they are asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,8 +46,9 @@ class Meshes:
     """[M + 1] into faces."""
     mesh_points: Indices
     """[M + 1] into `points`."""
-    tags: NDArray[np.int8]
-    """[F] `UNTAGGED`, `INSIDE` or `BORDER`."""
+    tags: NDArray[np.int8 | np.int32]
+    """[F] role of each face, such as `UNTAGGED`, plus `NUM_ROLES` times the number of its set of names (a derivation's
+    `TagTable`); 0 is no name."""
     data: CornerData | None = None
     """Normals, texture coordinates and materials of the corners and faces, if a file gave some."""
 
@@ -56,6 +58,11 @@ class Meshes:
     @property
     def num_faces(self) -> int:
         return len(self.face_offsets) - 1
+
+    @property
+    def roles(self) -> NDArray[np.integer]:
+        """[F] role of each face."""
+        return self.tags % NUM_ROLES
 
     @classmethod
     def from_polygons(
@@ -234,7 +241,7 @@ class Soup:
     """[F] the mesh that each face goes to."""
     rank: Indices
     """[F] faces of one mesh are sorted by this."""
-    tags: NDArray[np.int8]
+    tags: NDArray[np.int8 | np.int32]
     """[F] as in `Meshes`."""
     data: CornerData | None = None
     """As in `Meshes`."""
