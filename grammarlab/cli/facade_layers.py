@@ -48,6 +48,7 @@ def layers(
     All layers of the design fit each other.
     """
     with friendly_errors():
+        from grammarlab.layers.design_notes import design_notes
         from grammarlab.layers.file import MAX_SIZE_M, MIN_SIZE_M, load_design
         from grammarlab.runs.facade.layer_files import FAMILY, family_of, save_layouts, solve_design
 
@@ -63,13 +64,17 @@ def layers(
         )
         with expected_kind(file, DESIGN):
             design = load_design(file)
+        notes = design_notes(design)
+        for note in notes:
+            say(f"note: {note}")
         solved = solve_design(design, width, height, number)
         family = None
         if across or up:
             family = family_of(design, across or [width or design.width], up or [height or design.height], number)
         files = save_layouts(solved, output, file, family.text if family else "")
         values: dict[str, Any] = {
-            "layouts": [{**solution.as_dict(), "files": paths} for solution, paths in zip(solved, files, strict=True)]
+            "layouts": [{**solution.as_dict(), "files": paths} for solution, paths in zip(solved, files, strict=True)],
+            "notes": list(notes),
         }
         if family is not None:
             values["family"] = {"file": str(output / FAMILY), "rules": family.rules, "rules_alone": family.alone}

@@ -11,7 +11,8 @@ from grammarlab.errors import FacadeError
 from grammarlab.layers.candidates import FittingWords, NothingFitsError
 from grammarlab.layers.conflicts import contradiction, in_words
 from grammarlab.layers.design import Design
-from grammarlab.layers.solving import Layout, solve
+from grammarlab.layers.shared_wildcards import shared_wildcards, told_apart
+from grammarlab.layers.solving import Layout, StepsSpentError, solve
 
 MOST_COUNT = 100
 """Largest number of layouts of one search."""
@@ -46,9 +47,12 @@ def layouts(
         solutions = _solved(design, width, height, count, stop)
     except NothingFitsError as error:
         raise FacadeError(f"{str(error).rstrip('.')}.{_contradiction_text(design, width, height)}") from error
+    except StepsSpentError as error:
+        raise FacadeError(f"{error}{_shared_text(design, width, height, spent=True)}") from error
     if not solutions and not stop():
-        text = f"these layers do not fit each other on {width:g} x {height:g} m"
-        raise FacadeError(f"{text}.{_contradiction_text(design, width, height)}")
+        text = f"these layers do not fit each other on {width:g} x {height:g} m."
+        reason = _shared_text(design, width, height) or _contradiction_text(design, width, height)
+        raise FacadeError(f"{text}{reason}")
     return solutions
 
 
@@ -73,6 +77,24 @@ def may_fit(design: Design, stop: Callable[[], bool] = _never, effort: int = _EF
         return False
     except FacadeError:  # too many words, or too many steps
         return True
+
+
+def _shared_text(design: Design, width: float, height: float, *, spent: bool = False) -> str:
+    """Which shared symbol without a size is, or if the search was not complete may be, the reason for no layout."""
+    design = replace(design, width=width, height=height)
+    shared = shared_wildcards(design)
+    for some in (*((each,) for each in shared), *([shared] if len(shared) > 1 else [])):
+        if _has_layout(told_apart(design, some)):
+            return " ".join(("", *(each.as_reason() for each in some)))
+    return " ".join(("", *(each.as_hint() for each in shared))) if spent else ""
+
+
+def _has_layout(design: Design) -> bool:
+    """Whether a layout of a design is found within few steps."""
+    try:
+        return bool(_solved(design, design.width, design.height, 1, effort=_EFFORTS[-1]))
+    except FacadeError:
+        return False
 
 
 def _contradiction_text(design: Design, width: float, height: float) -> str:

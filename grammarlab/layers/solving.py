@@ -48,6 +48,10 @@ _MOST_ENERGY = 4.0
 """Largest cap, in metres of error per metre of the canvas; above it, there is no cap."""
 
 
+class StepsSpentError(FacadeError):
+    """Effort ran out before the first layout."""
+
+
 @dataclass
 class SearchBudget:
     """Remaining steps of searches."""
@@ -124,7 +128,7 @@ def solve(
         stop: ends all searches as soon as it returns true; the result is then arbitrary.
 
     Raises:
-        FacadeError: If effort ran out before the first layout.
+        StepsSpentError: If effort ran out before the first layout.
     """
     exhausted = False
     for tolerance in tolerances:
@@ -162,7 +166,7 @@ def solve(
         if best or stop():
             return best
     if exhausted:
-        raise FacadeError(
+        raise StepsSpentError(
             f"no layout of these layers was found in {effort:,} steps, but one may exist. Put layers that need "
             "not be aligned into separate alignment groups, or give them fewer different patterns."
         )
