@@ -20,6 +20,8 @@ function build(root, channel, first) {
   let state = first;
   /** @type {Parcel | null} */
   let parcel = null;
+  /** The parcel that was selected last, which Python may not have told yet. @type {Promise<Parcel | null>} */
+  let asked = Promise.resolve(null);
   let selected = "";
   let turn = 0;
   /** The rules of the building that was asked about last. @type {{ building: string, rules: string[] }} */
@@ -79,12 +81,12 @@ function build(root, channel, first) {
       v: toggleWalk,
       f: () => view.visit(),
       Home: showAll,
-      n: () => go(1),
-      b: () => go(-1),
+      n: () => void go(1),
+      b: () => void go(-1),
       Enter: () => void select(view.middle()),
-      r: () => change("reroll"),
-      p: () => change("pin"),
-      x: () => change("exclude"),
+      r: () => void change("reroll"),
+      p: () => void change("pin"),
+      x: () => void change("exclude"),
       Escape: () => void select(""),
       "?": help.open,
     },
@@ -92,11 +94,18 @@ function build(root, channel, first) {
     undo: () => void ask("undo"),
     redo: () => void ask("redo"),
   });
-  void loadGround();
+  /** Resolves to whether parcels are known; what concerns them waits for it. */
+  let laidOut = loadGround();
 
   async function loadGround() {
-    const { result, buffers } = await channel.request("ground");
-    if (result.ids) view.layOut(result.ids, buffers);
+    try {
+      const { result, buffers } = await channel.request("ground");
+      if (result.ids) view.layOut(result.ids, buffers);
+      return true;
+    } catch (error) {
+      if (channel.connected) notes.complain(error);
+      return false;
+    }
   }
 
   /** @param {string | undefined} id */
@@ -109,9 +118,10 @@ function build(root, channel, first) {
   /** What is known of the selected parcel now. */
   async function refresh() {
     const mine = (turn += 1);
-    const found = selected ? await ask("parcel", { parcel: selected }) : null;
+    asked = selected ? ask("parcel", { parcel: selected }).then((found) => found ?? null) : Promise.resolve(null);
+    const found = await asked;
     if (mine !== turn) return;
-    parcel = found ?? null;
+    parcel = found;
     panel.show(parcel);
     panel.update(state, parcel);
     void tellRules(mine);
@@ -131,7 +141,8 @@ function build(root, channel, first) {
   }
 
   /** @param {string} id */
-  function find(id) {
+  async function find(id) {
+    await laidOut;
     if (!view.has(id)) return false;
     void select(id);
     view.visit();
@@ -139,22 +150,27 @@ function build(root, channel, first) {
   }
 
   /** @param {number} step */
-  function go(step) {
+  async function go(step) {
+    await laidOut;
     const id = view.neighbour(selected, step);
-    if (id) find(id);
+    if (!id) return;
+    void select(id);
+    view.visit();
   }
 
   /** @param {number | null} value @param {string} kind */
   async function score(value, kind) {
-    if (!parcel || parcel.status !== "built") return;
-    await ask("score", { parcel: parcel.id, score: value, kind });
+    const meant = await asked;
+    if (meant?.status !== "built") return;
+    await ask("score", { parcel: meant.id, score: value, kind });
     await refresh();
   }
 
   /** @param {"reroll" | "pin" | "exclude"} action */
-  function change(action) {
-    if (!parcel || !state.editable || (parcel.status !== "built" && parcel.pin !== "excluded")) return;
-    void ask(action, { parcel: parcel.id });
+  async function change(action) {
+    const meant = await asked;
+    if (!meant || !state.editable || (meant.status !== "built" && meant.pin !== "excluded")) return;
+    void ask(action, { parcel: meant.id });
   }
 
   function toggleWalk() {
@@ -190,8 +206,9 @@ function build(root, channel, first) {
       void refresh();
     },
     /** @param {boolean} connected */
-    connection(connected) {
+    async connection(connected) {
       notes.announce(connected ? "" : LOST);
+      if (connected && !(await laidOut)) laidOut = loadGround();
     },
   };
 }

@@ -14,7 +14,7 @@ const STEPS = { preferences: { scale: "stars" } };
  * @param {(command: string, parameters?: object) => Promise<any>} page.ask
  * @param {(score: number | null, kind: string) => void} page.score
  * @param {(action: "reroll" | "pin" | "exclude") => void} page.change
- * @param {(id: string) => boolean} page.find selects a parcel; false if there is none
+ * @param {(id: string) => Promise<boolean>} page.find selects a parcel; false if there is none
  * @param {() => void} page.visit the selected parcel
  * @param {(step: number) => void} page.go to another parcel
  */
@@ -82,9 +82,9 @@ export function makePanel(page) {
     "form",
     {
       class: "gl-row",
-      onsubmit: (/** @type {Event} */ event) => {
+      onsubmit: async (/** @type {Event} */ event) => {
         event.preventDefault();
-        const found = page.find(query.value.trim());
+        const found = await page.find(query.value.trim());
         query.setCustomValidity(found ? "" : "There is no parcel with this id.");
         query.reportValidity();
       },

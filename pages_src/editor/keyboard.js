@@ -51,7 +51,7 @@ export function listenToKeys(page, stage, drag, acts) {
     if (page.selected <= 0) return false;
     const [x, y] = WAYS[event.key];
     const step = event.shiftKey ? 0.5 : 0.05;
-    const [left, bottom] = stage.boxOf(page.selected);
+    const [left, bottom] = drag.placeOf(page.selected) ?? stage.boxOf(page.selected);
     return nudge.move(page.selected, left + x * step, bottom + y * step);
   }
 

@@ -1,3 +1,4 @@
+import { Ahead } from "../shared/ahead.js";
 import { makeFrame } from "../shared/frame.js";
 import { makeHelp } from "../shared/help.js";
 import { LOST, makeAsk, makeNotes } from "../shared/notes.js";
@@ -28,6 +29,7 @@ const KINDS = {
 /** @param {HTMLElement} root @param {Channel} channel @param {State} first */
 function build(root, channel, first) {
   const notes = makeNotes();
+  const ahead = new Ahead(); // whether sizes are locked
   /** @type {Page} */
   const page = {
     state: first,
@@ -83,7 +85,9 @@ function build(root, channel, first) {
     /** @param {What} what @param {number} [node] */
     toggleLock(what, node = page.selected) {
       if (node < 0) return page.say("Select a part first, to lock its size.");
-      void page.ask(isLocked(page, node, what) ? "unlock" : "lock", { node, what });
+      const key = `${node} ${what}`;
+      const locked = !ahead.of(key, isLocked(page, node, what));
+      void ahead.set(key, locked, page.ask(locked ? "lock" : "unlock", { node, what }));
     },
     toggleGridding() {
       page.gridding = !page.gridding && Boolean(page.state.active);
@@ -114,6 +118,7 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       page.state = state;
+      ahead.told();
       if (before) before = sizesNow(); // what a cancelled drag goes back to
       drag.told();
       if (page.selected >= state.parent.length) page.selected = -1;

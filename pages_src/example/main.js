@@ -1,3 +1,4 @@
+import { Ahead } from "../shared/ahead.js";
 import { element } from "../shared/element.js";
 import { textButton } from "../shared/menu.js";
 import { openPage } from "../shared/open.js";
@@ -17,6 +18,7 @@ import { makeStage } from "./stage.js";
  */
 function build(root, channel, first) {
   let seed = 0;
+  const ahead = new Ahead(); // places of lines, and whether walls are kept
   /** @type {Map<string, string>} */
   const pictures = new Map();
   /** @type {Page} */
@@ -32,11 +34,14 @@ function build(root, channel, first) {
     },
     /** Shown at once, so that a held key continues from there; restored if the change is refused. */
     async moveLine({ axis, line }, at) {
+      const { wall } = page;
       const lines = page.current()[axis];
       const before = lines[line];
       lines[line] = at;
       draw();
-      if (await ask("move", { wall: page.wall, axis, line, at })) return;
+      const answer = ask("move", { wall, axis, line, at });
+      void ahead.set(keyOf(wall, axis, line), at, answer);
+      if (await answer) return;
       lines[line] = before;
       draw();
     },
@@ -58,13 +63,16 @@ function build(root, channel, first) {
   const name = element("input", { class: "gl-input", "aria-label": "Label of the chosen units" });
   const names = element("datalist", { id: "ex-names" });
   name.setAttribute("list", names.id);
-  const exclude = textButton("Exclude this wall", () =>
-    ask(page.current().kept ? "exclude" : "include", { wall: page.wall }),
-  );
-  const remove = textButton("Remove line", async () => {
-    if (!page.line) return;
-    await ask("join", { wall: page.wall, ...page.line });
-    page.choose(null);
+  const exclude = textButton("Exclude this wall", () => {
+    const { wall } = page;
+    const kept = !ahead.of(wall, page.current().kept);
+    void ahead.set(wall, kept, ask(kept ? "include" : "exclude", { wall }));
+  });
+  const remove = textButton("Remove line", () => {
+    const { line, wall } = page;
+    if (!line) return;
+    page.choose(null); // lines have other numbers afterwards
+    void ask("join", { wall, ...line });
   });
   const addRow = textButton("Split row", () => split("rows", 0));
   const addColumn = textButton("Split column", () => split("columns", 1));
@@ -139,12 +147,13 @@ function build(root, channel, first) {
   }
 
   /** Splits the chosen units in two. @param {Axis} axis @param {number} place of its number among `cells` */
-  async function split(axis, place) {
-    if (!page.cells) return;
+  function split(axis, place) {
+    const { cells, wall } = page;
+    if (!cells) return;
     const lines = page.current()[axis];
-    const at = Math.min(page.cells[place], page.cells[place + 2]);
-    await ask("split", { wall: page.wall, axis, at: (lines[at] + lines[at + 1]) / 2 });
-    page.choose(null);
+    const at = Math.min(cells[place], cells[place + 2]);
+    page.choose(null); // units have other numbers afterwards
+    void ask("split", { wall, axis, at: (lines[at] + lines[at + 1]) / 2 });
   }
 
   /** @param {number} number */
@@ -186,6 +195,13 @@ function build(root, channel, first) {
       ? `A line between ${line.axis}, at ${here[line.axis][line.line]?.toFixed(2)} m: drag it, or use arrow keys.`
       : "Click a unit, Shift and click for several; drag lines and borders.";
     stage.draw();
+  }
+
+  /** Lines that were moved on since stay where they are. */
+  function keepAhead() {
+    for (const { name, ...lines } of page.state.walls)
+      for (const axis of /** @type {Axis[]} */ (["rows", "columns"]))
+        lines[axis].forEach((at, line) => (lines[axis][line] = ahead.of(keyOf(name, axis, line), at)));
   }
 
   /** @param {Wall} wall */
@@ -241,6 +257,8 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       page.state = state;
+      ahead.told();
+      keepAhead();
       if (!state.walls.some((each) => each.name === page.wall)) page.wall = state.main;
       draw();
     },
@@ -249,6 +267,11 @@ function build(root, channel, first) {
       lost.textContent = connected ? "" : "The connection is lost; changes wait until it is back.";
     },
   };
+}
+
+/** @param {string} wall @param {Axis} axis @param {number} line */
+function keyOf(wall, axis, line) {
+  return `${wall} ${axis} ${line}`;
 }
 
 /** @param {string} text */

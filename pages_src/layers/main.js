@@ -1,3 +1,4 @@
+import { Ahead } from "../shared/ahead.js";
 import { element } from "../shared/element.js";
 import { makeFrame } from "../shared/frame.js";
 import { makeHelp } from "../shared/help.js";
@@ -41,6 +42,7 @@ function build(root, channel, first) {
     state: first,
     channel,
     tied: false,
+    ahead: new Ahead(),
     get layouts() {
       return (onTheWay ?? page.state).layouts;
     },
@@ -124,6 +126,7 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       page.state = state;
+      page.ahead.told();
       drag.told();
       if (!drag.active) stage.fit();
       page.changed();

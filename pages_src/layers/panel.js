@@ -102,12 +102,20 @@ export function makePanel(page, text) {
           ...symbols.map((symbol) => {
             const shows = seen === null || seen.includes(symbol);
             const label = `${shows ? "Hide" : "Show"} ${symbol} of ${name}`;
-            const values = { layer: number, axis: "xy"[axis], symbol, seen: !shows };
-            return chip(symbol, label, shows, `mask ${number} ${axis} ${symbol}`, () => page.ask("mask", values));
+            const [what, of] = [`mask ${number} ${axis} ${symbol}`, { layer: number, axis: "xy"[axis], symbol }];
+            return chip(symbol, label, shows, what, () =>
+              toggle(what, shows, (seen) => page.ask("mask", { ...of, seen })),
+            );
           }),
         ),
       ),
     );
+  }
+
+  /** @param {string} what @param {boolean} confirmed @param {(value: boolean) => Promise<unknown>} ask */
+  function toggle(what, confirmed, ask) {
+    const value = !page.ahead.of(what, confirmed);
+    void page.ahead.set(what, value, ask(value));
   }
 
   /** @param {import("./types.js").Symbol} symbol */
@@ -123,9 +131,9 @@ export function makePanel(page, text) {
         "span",
         { class: "fl-flags" },
         ...FLAGS.map(([flag, short, says]) => {
-          const values = { symbol: name, flag, value: !symbol[flag] };
-          const made = chip(short, `${name}: ${flag}, ${says}`, symbol[flag], `flag ${name} ${flag}`, () =>
-            page.ask("flag", values),
+          const what = `flag ${name} ${flag}`;
+          const made = chip(short, `${name}: ${flag}, ${says}`, symbol[flag], what, () =>
+            toggle(what, symbol[flag], (value) => page.ask("flag", { symbol: name, flag, value })),
           );
           made.classList.add("fl-flag");
           return made;

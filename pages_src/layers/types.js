@@ -29,6 +29,7 @@
  * @property {Layout[]} layouts on the way while a side is dragged, else those of the state
  * @property {number} chosen
  * @property {boolean} tied
+ * @property {import("../shared/ahead.js").Ahead} ahead flags, and what is seen of layers
  * @property {(command: string, parameters?: object) => Promise<any>} ask sends a command; a refusal is shown
  */
 export {};

@@ -87,6 +87,7 @@ function build(root, channel, state) {
       refused.textContent = "";
     } catch (error) {
       refused.textContent = error instanceof Error ? error.message : String(error);
+      draw();
     }
   }
 
@@ -123,7 +124,10 @@ function build(root, channel, state) {
           "li",
           {},
           `${told(each)} `,
-          textButton("Take back", () => ask("remove", { number })),
+          textButton("Take back", (event) => {
+            /** @type {HTMLButtonElement} */ (event.currentTarget).disabled = true; // then the next one has its number
+            void ask("remove", { number });
+          }),
         ),
       ),
     );

@@ -24,7 +24,7 @@ export function makeFactors(page) {
 
   /** @type {ReturnType<typeof makeTab>[]} */
   const tabs = [];
-  const product = makeTab(() => void page.ask("view", { kind: "product" }));
+  const product = makeTab(() => void page.ahead.set("view", "product", page.ask("view", { kind: "product" })));
   product.element.title = "The product of all factors; new scores belong to one factor";
 
   /** Tabs are reused, so that none disappears under a finger. @param {State} state */
@@ -42,8 +42,12 @@ export function makeFactors(page) {
 
   /** @param {import("./types.js").Factor} factor */
   async function activate({ id }) {
-    if (id !== page.factor().id) await page.ask("factor_activate", { name: id });
-    if (page.state.view !== "active") await page.ask("view", { kind: "active" });
+    const active = page.ahead.of("factor", page.factor().id);
+    const view = page.ahead.of("view", page.state.view);
+    await Promise.all([
+      id === active ? null : page.ahead.set("factor", id, page.ask("factor_activate", { name: id })),
+      view === "active" ? null : page.ahead.set("view", "active", page.ask("view", { kind: "active" })),
+    ]);
   }
 
   /** @param {() => void} close */

@@ -1,3 +1,4 @@
+import { Ahead } from "../shared/ahead.js";
 import { Channel } from "../shared/channel.js";
 import { makeCompare } from "./compare.js";
 import { makeDisplay } from "./display.js";
@@ -113,7 +114,11 @@ function build(root, channel, first) {
     compare(models, verdict) {
       if (scorable()) page.outbox.compare(models, verdict, page.factor().id);
     },
-    pairwise: () => void page.ask("populate", { way: page.state.pairs ? way : "pairs" }),
+    ahead: new Ahead(),
+    pairwise() {
+      const pairs = !page.ahead.of("pairs", page.state.pairs !== null);
+      void page.ahead.set("pairs", pairs, page.ask("populate", { way: pairs ? "pairs" : way }));
+    },
     factor() {
       const { factors, active } = page.state;
       return factors.find(({ name }) => name === active) ?? factors[0];
@@ -226,6 +231,7 @@ function build(root, channel, first) {
       }
       const [before, after] = [page.state.pairs !== null, state.pairs !== null];
       page.state = state;
+      page.ahead.told();
       if (!after) way = state.way;
       root.classList.toggle("gl-pairwise", after);
       page.outbox.settle(state.revision);

@@ -15,6 +15,10 @@ export function makeRule(page, mark) {
   let asked = 0;
   /** @type {ModelPart | null} */
   let part = null;
+  /** Number of the part that is shown or was asked for; steps count from it. @type {number | null} */
+  let number = null;
+  /** Finds the part at a triangle, whose number is not known before. */
+  let picking = Promise.resolve();
   const text = element("div", { class: "gl-rule-text", role: "status" });
   const panel = element(
     "section",
@@ -33,19 +37,22 @@ export function makeRule(page, mark) {
   /** Forgets the part. */
   function clear() {
     asked += 1;
-    part = null;
+    part = number = null;
     mark(null);
     text.replaceChildren(INVITATION);
   }
 
   /** The part that a triangle of the model belongs to; none for null. @param {number | null} triangle */
   function pick(triangle) {
-    return triangle === null ? clear() : ask({ triangle });
+    if (triangle === null) return clear();
+    return (picking = ask({ triangle }));
   }
 
   /** @param {number} by */
-  function step(by) {
-    return ask({ part: part ? part.number + by : Math.min(by, 0) });
+  async function step(by) {
+    await picking;
+    number = number === null ? Math.min(by, 0) : number + by;
+    return ask({ part: number });
   }
 
   /** @param {{ triangle: number } | { part: number }} which */
@@ -56,10 +63,13 @@ export function makeRule(page, mark) {
       const { result } = await page.channel.request("part", { model, ...which });
       if (turn !== asked) return;
       part = /** @type {ModelPart} */ (result);
+      number = part.number;
       mark(part.triangles);
       text.replaceChildren(...inWords(part));
     } catch (error) {
-      if (turn === asked) text.replaceChildren(`No rule: ${error instanceof Error ? error.message : error}`);
+      if (turn !== asked) return;
+      number = part ? part.number : null;
+      text.replaceChildren(`No rule: ${error instanceof Error ? error.message : error}`);
     }
   }
 

@@ -74,6 +74,7 @@
  * @property {import("./pictures.js").Pictures} pictures
  * @property {(models: string[], score: number | null) => void} score on the scale in use
  * @property {(models: string[], said: Verdict | null) => void} compare two models
+ * @property {import("../shared/ahead.js").Ahead} ahead what was set and is not confirmed: ``factor``, ``view``, ``pairs``
  * @property {() => void} pairwise pairs instead of grids, or grids again
  * @property {() => Factor} factor the one that is active as far as this page shows
  * @property {(text: string) => void} say a passing note, also for screen readers

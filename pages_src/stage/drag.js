@@ -88,6 +88,11 @@ export function makeDrag(page, { began, show, ended }) {
       const { width, height } = wish?.command === "resize" ? wish.values : page.state.drawing;
       return { width, height };
     },
+    /** Left and bottom of a part on the way. @param {number} node @returns {number[] | undefined} */
+    placeOf(node) {
+      const wish = wanted ?? reached.at(-1);
+      return wish?.command === "move" && wish.values.node === node ? [wish.values.left, wish.values.bottom] : undefined;
+    },
     /** @param {number} width @param {number} height */
     to(width, height) {
       const { drawing } = page.state;

@@ -20,6 +20,7 @@ from playwright.sync_api import (
 
 from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
 from tests.browser.driver import ScoringPage, Server
+from tests.browser.late import LATE
 from tests.waiting import PATIENCE
 
 MILLISECONDS = 1000 * PATIENCE
@@ -79,7 +80,7 @@ def windows(browser: Browser) -> Iterator[Any]:
         script = options.pop("script", "")
         context = browser.new_context(viewport={"width": width, "height": height}, **options)
         contexts.append(context)
-        context.add_init_script(script)
+        context.add_init_script(LATE + script)
         page = context.new_page()
         page.set_default_timeout(MILLISECONDS)
         page.on("pageerror", lambda error: wrong.append(str(error)))

@@ -13,6 +13,7 @@ from grammarlab.city.parcel_addresses import EXCLUDED, read_pins
 from grammarlab.pages.city.city_viewer import CityViewer, page_of
 from grammarlab.runs.city.parcel_reading import read_parcel_table
 from tests.browser.in_process import PageThread
+from tests.browser.late import FROM_THE_FIRST_STATE, deaf
 from tests.browser.scoring.test_page import contrast
 from tests.pages.city.small_city import write_city
 from tests.pages.city.test_city_viewer import REBUILD
@@ -65,16 +66,13 @@ def middle(page: Page) -> tuple[float, float]:
 
 
 def test_a_building_is_chosen_changed_and_scored(opened: Callable[..., Page], tmp_path: Path) -> None:
-    page = opened()
+    # By keys, before the parcels are there: the next building but one; then the same building by a click on it.
+    page = opened(script=FROM_THE_FIRST_STATE)
     first, second = read_parcel_table(tmp_path / "city" / "parcels.parquet").id[:2]
-    # By keys: the next building, and its neighbour back; then the same building by a click on it.
     page.locator("canvas").focus()
     page.keyboard.press("n")
     page.keyboard.press("n")
-    expect(name(page)).to_have_text(second)
-    page.keyboard.press("b")
-    expect(name(page)).to_have_text(first)
-    page.keyboard.press("n")
+    page.evaluate("hear()")
     expect(name(page)).to_have_text(second)
     expect(fact(page, "zone")).to_have_text("homes")
     page.wait_for_timeout(800)  # the flight to the building
@@ -91,8 +89,13 @@ def test_a_building_is_chosen_changed_and_scored(opened: Callable[..., Page], tm
     page.keyboard.press("Control+z")
     expect(fact(page, "model")).to_have_text(model)
     loaded(page)
-    # Scores by keys and by number are those of the zone's session.
-    page.keyboard.press("4")
+    # Scores by keys and by number are those of the zone's session, and of the building that was selected last.
+    page.keyboard.press("b")
+    expect(name(page)).to_have_text(first)
+    with deaf(page):
+        page.keyboard.press("n")
+        page.keyboard.press("4")
+    expect(name(page)).to_have_text(second)
     expect(page.locator(".gl-step.gl-on")).to_have_count(4)
     number = page.get_by_label("Score of this building, 0 to 100")
     expect(number).to_have_value("75")

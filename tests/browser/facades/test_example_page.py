@@ -124,7 +124,8 @@ def test_lines_are_dragged_and_walls_left_out(opened: Callable[[], Page], tmp_pa
     press(page, "Split row")
     expect(cells).to_have_count(16)
     page.get_by_role("slider", name="Line 2 of rows").focus()
-    press(page, "Remove line")
+    # A second click comes before the answer, when lines have other numbers.
+    page.get_by_role("button", name="Remove line").evaluate("button => { button.click(); button.click(); }")
     expect(cells).to_have_count(12)
     expect(page.get_by_role("button", name="Exclude this wall")).to_be_disabled()
     page.get_by_role("tab", name="left").click()

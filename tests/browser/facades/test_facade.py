@@ -20,6 +20,7 @@ from grammarlab.pages.editor.editor import PAGE, Editor
 from grammarlab.runs.sample.shipped import examples_folder
 from tests.browser.facades.editing import EditorPage, EditorServer
 from tests.browser.in_process import PageThread
+from tests.browser.late import deaf
 from tests.browser.scoring.test_page import contrast
 from tests.browser.scoring.test_touch import Hand
 
@@ -296,6 +297,8 @@ def test_everything_can_be_done_with_keys_alone(house: EditorPage):
     house.face.focus()
     house.press("ArrowRight", "ArrowUp")
     expect(house.page.locator(".fe-selected")).to_have_count(1)
+    with deaf(house.page):
+        house.press("w", "w")
     house.press("w")
     expect(house.page.locator(".fe-locked")).to_have_count(1)
     house.press("w")
@@ -307,6 +310,12 @@ def test_everything_can_be_done_with_keys_alone(house: EditorPage):
     expect(house.tiles.first).to_be_focused()
     house.press("Control+z")
     house.expect_grid(WINDOWS, 3, 4)
+    house.face.focus()
+    left = house.page.get_by_label("part left in metres")
+    place = float(left.input_value())
+    with deaf(house.page):
+        house.press("Alt+ArrowRight", "Alt+ArrowRight")
+    expect(left).to_have_value(f"{place + 0.1:.2f}")
     house.press("?")
     expect(house.page.get_by_role("dialog", name="Keys")).to_be_visible()
     house.press("Escape")

@@ -15,6 +15,7 @@ from grammarlab.layers.file import load_design
 from grammarlab.pages.layers.designer import PAGE, Designer
 from tests.browser.driver import Server
 from tests.browser.in_process import PageThread
+from tests.browser.late import deaf
 from tests.browser.scoring.test_page import contrast
 from tests.browser.scoring.test_touch import Hand
 from tests.layers.samples import RESIDENTIAL
@@ -116,6 +117,8 @@ def test_layers_masks_flags_and_layouts_are_chosen_and_exported(opened: Callable
     house.button("Show Q of columns").click()
     expect(house.button("Hide Q of columns")).to_be_focused()
     flag = house.page.get_by_role("button", name=re.compile("^B: attached"))
+    with deaf(house.page):
+        flag.dblclick()
     flag.click()
     expect(flag).to_have_attribute("aria-pressed", "true")
     house.settle()

@@ -6,31 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import Server
-
-LATE = """
-window.late = [];
-window.hear = () => { const waiting = late; late = null; for (const message of waiting) message(); };
-late = null;
-window.WebSocket = class extends WebSocket {
-  set onmessage(listener) {
-    super.onmessage = (event) => (late ? late.push(() => listener(event)) : listener(event));
-  }
-};
-"""
-"""While `late` is a list, what the server says waits in it; `hear` tells it all."""
-
-
-class Deaf:
-    """For as long as a test says, the page does not hear what the server says."""
-
-    def __init__(self, page):
-        self._page = page.page
-
-    def __enter__(self):
-        self._page.evaluate("void (late = [])")
-
-    def __exit__(self, *_):
-        self._page.evaluate("hear()")
+from tests.browser.late import deaf
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +20,7 @@ def server(tmp_path_factory):
 @pytest.fixture
 def towers(opened, server):
     """The page with two factors, of which the first is active."""
-    page = opened(server.address, script=LATE)
+    page = opened(server.address)
     while (count := page.page.locator(".gl-tab").count()) > 1:
         page.button("Rename or delete this factor").click()
         page.page.locator(".gl-danger").click()
@@ -87,7 +63,7 @@ def score_of_first(page, factor):
 
 def test_a_score_goes_to_the_factor_that_was_seen_while_another_becomes_active(towers):
     towers.cell(0).click()
-    with Deaf(towers):
+    with deaf(towers.page):
         tab(towers, "roof").click()
         expect_active(towers, "overall")
         towers.cell(0).click()
@@ -98,9 +74,21 @@ def test_a_score_goes_to_the_factor_that_was_seen_while_another_becomes_active(t
     assert score_of_first(towers, "overall") == "70"
 
 
+def test_presses_count_from_the_press_before_though_it_is_not_confirmed(towers):
+    with deaf(towers.page):
+        tab(towers, "roof").click()
+        tab(towers, "overall").click()
+        towers.press("c", "c")
+        towers.cell(0).click()
+        towers.press("7")
+    towers.expect_saved()  # so all states before are there
+    expect_active(towers, "overall")
+    expect(towers.cell(0)).to_be_visible()
+
+
 def test_a_score_goes_to_the_factor_that_was_seen_though_it_is_called_otherwise_by_now(towers, opened, server):
     other = opened(server.address)
-    with Deaf(towers):
+    with deaf(towers.page):
         edit(other, rename="style")
         edit(other, rename="overall two")
         towers.cell(0).click()
@@ -113,7 +101,7 @@ def test_a_score_goes_to_the_factor_that_was_seen_though_it_is_called_otherwise_
 
 def test_a_score_for_a_factor_that_was_deleted_is_refused_in_words(towers, opened, server):
     other = opened(server.address)
-    with Deaf(towers):
+    with deaf(towers.page):
         other.button("Rename or delete this factor").click()
         other.page.get_by_role("button", name="Delete “overall”").click()
         expect(tab(other, "overall")).to_have_count(0)
@@ -128,7 +116,7 @@ def test_a_score_for_a_factor_that_was_deleted_is_refused_in_words(towers, opene
 
 @pytest.mark.parametrize("act", ["rename", "delete"])
 def test_a_menu_stays_about_the_factor_that_it_names_while_another_becomes_active(towers, act):
-    with Deaf(towers):
+    with deaf(towers.page):
         tab(towers, "roof").click()
         towers.button("Rename or delete this factor").click()
         expect(towers.page.get_by_role("button", name="Delete “overall”")).to_be_visible()
@@ -149,7 +137,7 @@ def test_a_menu_stays_about_the_factor_that_it_names_while_another_becomes_activ
 
 def test_a_tab_is_the_factor_that_it_shows_though_another_has_its_name_by_now(towers, opened, server):
     other = opened(server.address)
-    with Deaf(towers):
+    with deaf(towers.page):
         tab(other, "roof").click()
         expect_active(other, "roof")
         edit(other, rename="door")

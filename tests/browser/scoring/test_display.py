@@ -12,6 +12,7 @@ from playwright.sync_api import expect
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.runs.sample.trace import as_values, trace_model
 from tests.browser.driver import Server
+from tests.browser.late import deaf
 
 
 def tile_width(towers):
@@ -170,11 +171,10 @@ def test_a_click_into_the_3d_view_shows_the_rule_of_the_part_there(towers):
 def test_the_rules_of_all_parts_are_reached_by_keys_and_by_buttons(towers):
     look_at(towers, 4)
     before = shown(towers)
-    towers.press("ArrowDown")
-    expect(rule(towers)).to_contain_text("part 1 of 2")
-    expect_other_picture(towers, before)
-    towers.press("ArrowDown")
+    with deaf(towers.page):
+        towers.press("ArrowDown", "ArrowDown")
     expect(rule(towers)).to_contain_text("part 2 of 2")
+    expect_other_picture(towers, before)
     towers.button("Next part").press("Enter")
     expect(rule(towers)).to_contain_text("part 1 of 2")
     towers.button("Previous part").click()

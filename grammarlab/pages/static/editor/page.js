@@ -1,4 +1,33 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source 877d529f91868d50 */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source f88e322f812dd70e */
+
+// shared/ahead.js
+var Ahead = class {
+  /** @type {Map<string, { value: any, answered: boolean }>} */
+  #values = /* @__PURE__ */ new Map();
+  /**
+   * What was set last, or else what is confirmed.
+   * @template T
+   * @param {string} key
+   * @param {T} confirmed
+   * @returns {T}
+   */
+  of(key, confirmed) {
+    const set = this.#values.get(key);
+    return set ? set.value : confirmed;
+  }
+  /** @param {string} key @param {unknown} value @param {Promise<unknown>} answer nothing if the value is refused */
+  async set(key, value, answer) {
+    const mine = { value, answered: false };
+    this.#values.set(key, mine);
+    const accepted = await answer;
+    mine.answered = true;
+    if (!accepted && this.#values.get(key) === mine) this.#values.delete(key);
+  }
+  /** A state was told. */
+  told() {
+    for (const [key, { answered }] of this.#values) if (answered) this.#values.delete(key);
+  }
+};
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -464,6 +493,11 @@ function makeDrag(page, { began, show, ended }) {
       const wish = wanted ?? reached.at(-1);
       const { width, height } = wish?.command === "resize" ? wish.values : page.state.drawing;
       return { width, height };
+    },
+    /** Left and bottom of a part on the way. @param {number} node @returns {number[] | undefined} */
+    placeOf(node) {
+      const wish = wanted ?? reached.at(-1);
+      return wish?.command === "move" && wish.values.node === node ? [wish.values.left, wish.values.bottom] : void 0;
     },
     /** @param {number} width @param {number} height */
     to(width, height) {
@@ -971,7 +1005,7 @@ function listenToKeys(page, stage, drag, acts) {
     if (page.selected <= 0) return false;
     const [x, y] = WAYS[event.key];
     const step = event.shiftKey ? 0.5 : 0.05;
-    const [left, bottom] = stage.boxOf(page.selected);
+    const [left, bottom] = drag.placeOf(page.selected) ?? stage.boxOf(page.selected);
     return nudge.move(page.selected, left + x * step, bottom + y * step);
   }
   function go(key) {
@@ -1433,6 +1467,7 @@ var KINDS2 = {
 };
 function build(root, channel, first) {
   const notes = makeNotes();
+  const ahead = new Ahead();
   const page = {
     state: first,
     channel,
@@ -1485,7 +1520,9 @@ function build(root, channel, first) {
     /** @param {What} what @param {number} [node] */
     toggleLock(what, node = page.selected) {
       if (node < 0) return page.say("Select a part first, to lock its size.");
-      void page.ask(isLocked(page, node, what) ? "unlock" : "lock", { node, what });
+      const key = `${node} ${what}`;
+      const locked = !ahead.of(key, isLocked(page, node, what));
+      void ahead.set(key, locked, page.ask(locked ? "lock" : "unlock", { node, what }));
     },
     toggleGridding() {
       page.gridding = !page.gridding && Boolean(page.state.active);
@@ -1515,6 +1552,7 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       page.state = state;
+      ahead.told();
       if (before) before = sizesNow();
       drag.told();
       if (page.selected >= state.parent.length) page.selected = -1;

@@ -1,4 +1,33 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source a3a843127e2b949b */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source 952474d72c1b5766 */
+
+// shared/ahead.js
+var Ahead = class {
+  /** @type {Map<string, { value: any, answered: boolean }>} */
+  #values = /* @__PURE__ */ new Map();
+  /**
+   * What was set last, or else what is confirmed.
+   * @template T
+   * @param {string} key
+   * @param {T} confirmed
+   * @returns {T}
+   */
+  of(key, confirmed) {
+    const set = this.#values.get(key);
+    return set ? set.value : confirmed;
+  }
+  /** @param {string} key @param {unknown} value @param {Promise<unknown>} answer nothing if the value is refused */
+  async set(key, value, answer) {
+    const mine = { value, answered: false };
+    this.#values.set(key, mine);
+    const accepted = await answer;
+    mine.answered = true;
+    if (!accepted && this.#values.get(key) === mine) this.#values.delete(key);
+  }
+  /** A state was told. */
+  told() {
+    for (const [key, { answered }] of this.#values) if (answered) this.#values.delete(key);
+  }
+};
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -307,6 +336,7 @@ function makeStage(page, colorOf) {
 // example/main.js
 function build(root, channel, first) {
   let seed = 0;
+  const ahead = new Ahead();
   const pictures = /* @__PURE__ */ new Map();
   const page = {
     state: first,
@@ -323,11 +353,14 @@ function build(root, channel, first) {
     },
     /** Shown at once, so that a held key continues from there; restored if the change is refused. */
     async moveLine({ axis, line }, at) {
+      const { wall } = page;
       const lines = page.current()[axis];
       const before = lines[line];
       lines[line] = at;
       draw();
-      if (await ask("move", { wall: page.wall, axis, line, at })) return;
+      const answer = ask("move", { wall, axis, line, at });
+      void ahead.set(keyOf(wall, axis, line), at, answer);
+      if (await answer) return;
       lines[line] = before;
       draw();
     },
@@ -349,14 +382,16 @@ function build(root, channel, first) {
   const name = element("input", { class: "gl-input", "aria-label": "Label of the chosen units" });
   const names = element("datalist", { id: "ex-names" });
   name.setAttribute("list", names.id);
-  const exclude = textButton(
-    "Exclude this wall",
-    () => ask(page.current().kept ? "exclude" : "include", { wall: page.wall })
-  );
-  const remove = textButton("Remove line", async () => {
-    if (!page.line) return;
-    await ask("join", { wall: page.wall, ...page.line });
+  const exclude = textButton("Exclude this wall", () => {
+    const { wall } = page;
+    const kept = !ahead.of(wall, page.current().kept);
+    void ahead.set(wall, kept, ask(kept ? "include" : "exclude", { wall }));
+  });
+  const remove = textButton("Remove line", () => {
+    const { line, wall } = page;
+    if (!line) return;
     page.choose(null);
+    void ask("join", { wall, ...line });
   });
   const addRow = textButton("Split row", () => split("rows", 0));
   const addColumn = textButton("Split column", () => split("columns", 1));
@@ -423,12 +458,13 @@ function build(root, channel, first) {
     const [row, column, last_row, last_column] = page.cells;
     void ask("relabel", { wall: page.wall, row, column, last_row, last_column, label: name.value });
   }
-  async function split(axis, place) {
-    if (!page.cells) return;
+  function split(axis, place) {
+    const { cells, wall } = page;
+    if (!cells) return;
     const lines = page.current()[axis];
-    const at = Math.min(page.cells[place], page.cells[place + 2]);
-    await ask("split", { wall: page.wall, axis, at: (lines[at] + lines[at + 1]) / 2 });
+    const at = Math.min(cells[place], cells[place + 2]);
     page.choose(null);
+    void ask("split", { wall, axis, at: (lines[at] + lines[at + 1]) / 2 });
   }
   async function synthesize(number2) {
     seed = number2;
@@ -463,6 +499,15 @@ function build(root, channel, first) {
     if (label && document.activeElement !== name) name.value = label;
     about.textContent = line ? `A line between ${line.axis}, at ${here[line.axis][line.line]?.toFixed(2)} m: drag it, or use arrow keys.` : "Click a unit, Shift and click for several; drag lines and borders.";
     stage.draw();
+  }
+  function keepAhead() {
+    for (const { name: name2, ...lines } of page.state.walls)
+      for (
+        const axis of
+        /** @type {Axis[]} */
+        ["rows", "columns"]
+      )
+        lines[axis].forEach((at, line) => lines[axis][line] = ahead.of(keyOf(name2, axis, line), at));
   }
   function wallTab(wall) {
     const tab = element("button", { type: "button", class: `gl-tab ${wall.kept ? "" : "ex-out"}`, role: "tab" });
@@ -509,6 +554,8 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       page.state = state;
+      ahead.told();
+      keepAhead();
       if (!state.walls.some((each) => each.name === page.wall)) page.wall = state.main;
       draw();
     },
@@ -517,6 +564,9 @@ function build(root, channel, first) {
       lost.textContent = connected ? "" : "The connection is lost; changes wait until it is back.";
     }
   };
+}
+function keyOf(wall, axis, line) {
+  return `${wall} ${axis} ${line}`;
 }
 function submit(text) {
   return element("button", { class: "gl-button gl-primary" }, text);

@@ -1,4 +1,33 @@
-/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 00adae3f7a857f55 */
+/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 08575b787691da8e */
+
+// shared/ahead.js
+var Ahead = class {
+  /** @type {Map<string, { value: any, answered: boolean }>} */
+  #values = /* @__PURE__ */ new Map();
+  /**
+   * What was set last, or else what is confirmed.
+   * @template T
+   * @param {string} key
+   * @param {T} confirmed
+   * @returns {T}
+   */
+  of(key, confirmed) {
+    const set = this.#values.get(key);
+    return set ? set.value : confirmed;
+  }
+  /** @param {string} key @param {unknown} value @param {Promise<unknown>} answer nothing if the value is refused */
+  async set(key, value, answer) {
+    const mine = { value, answered: false };
+    this.#values.set(key, mine);
+    const accepted = await answer;
+    mine.answered = true;
+    if (!accepted && this.#values.get(key) === mine) this.#values.delete(key);
+  }
+  /** A state was told. */
+  told() {
+    for (const [key, { answered }] of this.#values) if (answered) this.#values.delete(key);
+  }
+};
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -464,6 +493,11 @@ function makeDrag(page, { began, show, ended }) {
       const wish = wanted ?? reached.at(-1);
       const { width, height } = wish?.command === "resize" ? wish.values : page.state.drawing;
       return { width, height };
+    },
+    /** Left and bottom of a part on the way. @param {number} node @returns {number[] | undefined} */
+    placeOf(node) {
+      const wish = wanted ?? reached.at(-1);
+      return wish?.command === "move" && wish.values.node === node ? [wish.values.left, wish.values.bottom] : void 0;
     },
     /** @param {number} width @param {number} height */
     to(width, height) {
@@ -1019,12 +1053,22 @@ function makePanel(page, text) {
           ...symbols2.map((symbol) => {
             const shows = seen === null || seen.includes(symbol);
             const label = `${shows ? "Hide" : "Show"} ${symbol} of ${name}`;
-            const values = { layer: number, axis: "xy"[axis], symbol, seen: !shows };
-            return chip(symbol, label, shows, `mask ${number} ${axis} ${symbol}`, () => page.ask("mask", values));
+            const [what, of] = [`mask ${number} ${axis} ${symbol}`, { layer: number, axis: "xy"[axis], symbol }];
+            return chip(
+              symbol,
+              label,
+              shows,
+              what,
+              () => toggle(what, shows, (seen2) => page.ask("mask", { ...of, seen: seen2 }))
+            );
           })
         )
       )
     );
+  }
+  function toggle(what, confirmed, ask) {
+    const value = !page.ahead.of(what, confirmed);
+    void page.ahead.set(what, value, ask(value));
   }
   function symbolOf(symbol) {
     const { name, size } = symbol;
@@ -1038,13 +1082,13 @@ function makePanel(page, text) {
         "span",
         { class: "fl-flags" },
         ...FLAGS.map(([flag, short, says]) => {
-          const values = { symbol: name, flag, value: !symbol[flag] };
+          const what = `flag ${name} ${flag}`;
           const made = chip(
             short,
             `${name}: ${flag}, ${says}`,
             symbol[flag],
-            `flag ${name} ${flag}`,
-            () => page.ask("flag", values)
+            what,
+            () => toggle(what, symbol[flag], (value) => page.ask("flag", { symbol: name, flag, value }))
           );
           made.classList.add("fl-flag");
           return made;
@@ -1156,6 +1200,7 @@ function build(root, channel, first) {
     state: first,
     channel,
     tied: false,
+    ahead: new Ahead(),
     get layouts() {
       return (onTheWay ?? page.state).layouts;
     },
@@ -1239,6 +1284,7 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       page.state = state;
+      page.ahead.told();
       drag.told();
       if (!drag.active) stage.fit();
       page.changed();

@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source fe073d4280ab417a */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source c232271ee6829289 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -231,6 +231,7 @@ function build(root, channel, state) {
       refused.textContent = "";
     } catch (error) {
       refused.textContent = error instanceof Error ? error.message : String(error);
+      draw();
     }
   }
   function correct(correction) {
@@ -261,7 +262,10 @@ function build(root, channel, state) {
           "li",
           {},
           `${told(each)} `,
-          textButton("Take back", () => ask("remove", { number }))
+          textButton("Take back", (event) => {
+            event.currentTarget.disabled = true;
+            void ask("remove", { number });
+          })
         )
       )
     );

@@ -1,4 +1,33 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 0b21e2417850752e */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source dbda8341bc928a34 */
+
+// shared/ahead.js
+var Ahead = class {
+  /** @type {Map<string, { value: any, answered: boolean }>} */
+  #values = /* @__PURE__ */ new Map();
+  /**
+   * What was set last, or else what is confirmed.
+   * @template T
+   * @param {string} key
+   * @param {T} confirmed
+   * @returns {T}
+   */
+  of(key, confirmed) {
+    const set = this.#values.get(key);
+    return set ? set.value : confirmed;
+  }
+  /** @param {string} key @param {unknown} value @param {Promise<unknown>} answer nothing if the value is refused */
+  async set(key, value, answer) {
+    const mine = { value, answered: false };
+    this.#values.set(key, mine);
+    const accepted = await answer;
+    mine.answered = true;
+    if (!accepted && this.#values.get(key) === mine) this.#values.delete(key);
+  }
+  /** A state was told. */
+  told() {
+    for (const [key, { answered }] of this.#values) if (answered) this.#values.delete(key);
+  }
+};
 
 // shared/channel.js
 var ConnectionLost = class extends Error {
@@ -861,7 +890,7 @@ function makeFactors(page) {
     buildCreate
   );
   const tabs = [];
-  const product = makeTab(() => void page.ask("view", { kind: "product" }));
+  const product = makeTab(() => void page.ahead.set("view", "product", page.ask("view", { kind: "product" })));
   product.element.title = "The product of all factors; new scores belong to one factor";
   function update({ factors, active, view }) {
     while (tabs.length < factors.length) {
@@ -875,8 +904,12 @@ function makeFactors(page) {
     if (shown.length !== list.childElementCount) list.replaceChildren(...shown);
   }
   async function activate({ id }) {
-    if (id !== page.factor().id) await page.ask("factor_activate", { name: id });
-    if (page.state.view !== "active") await page.ask("view", { kind: "active" });
+    const active = page.ahead.of("factor", page.factor().id);
+    const view = page.ahead.of("view", page.state.view);
+    await Promise.all([
+      id === active ? null : page.ahead.set("factor", id, page.ask("factor_activate", { name: id })),
+      view === "active" ? null : page.ahead.set("view", "active", page.ask("view", { kind: "active" }))
+    ]);
   }
   function buildCreate(close) {
     return [
@@ -1186,6 +1219,8 @@ function makeRule(page, mark2) {
   let model = "";
   let asked = 0;
   let part = null;
+  let number2 = null;
+  let picking = Promise.resolve();
   const text = element("div", { class: "gl-rule-text", role: "status" });
   const panel = element(
     "section",
@@ -1200,15 +1235,18 @@ function makeRule(page, mark2) {
   }
   function clear() {
     asked += 1;
-    part = null;
+    part = number2 = null;
     mark2(null);
     text.replaceChildren(INVITATION);
   }
   function pick(triangle) {
-    return triangle === null ? clear() : ask({ triangle });
+    if (triangle === null) return clear();
+    return picking = ask({ triangle });
   }
-  function step(by) {
-    return ask({ part: part ? part.number + by : Math.min(by, 0) });
+  async function step(by) {
+    await picking;
+    number2 = number2 === null ? Math.min(by, 0) : number2 + by;
+    return ask({ part: number2 });
   }
   async function ask(which) {
     const turn = ++asked;
@@ -1218,10 +1256,13 @@ function makeRule(page, mark2) {
       if (turn !== asked) return;
       part = /** @type {ModelPart} */
       result;
+      number2 = part.number;
       mark2(part.triangles);
       text.replaceChildren(...inWords3(part));
     } catch (error) {
-      if (turn === asked) text.replaceChildren(`No rule: ${error instanceof Error ? error.message : error}`);
+      if (turn !== asked) return;
+      number2 = part ? part.number : null;
+      text.replaceChildren(`No rule: ${error instanceof Error ? error.message : error}`);
     }
   }
   return { element: panel, open, pick, step };
@@ -2269,7 +2310,11 @@ function build(root, channel, first) {
     compare(models, verdict) {
       if (scorable()) page.outbox.compare(models, verdict, page.factor().id);
     },
-    pairwise: () => void page.ask("populate", { way: page.state.pairs ? way : "pairs" }),
+    ahead: new Ahead(),
+    pairwise() {
+      const pairs = !page.ahead.of("pairs", page.state.pairs !== null);
+      void page.ahead.set("pairs", pairs, page.ask("populate", { way: pairs ? "pairs" : way }));
+    },
     factor() {
       const { factors: factors2, active } = page.state;
       return factors2.find(({ name }) => name === active) ?? factors2[0];
@@ -2374,6 +2419,7 @@ function build(root, channel, first) {
       }
       const [before, after] = [page.state.pairs !== null, state.pairs !== null];
       page.state = state;
+      page.ahead.told();
       if (!after) way = state.way;
       root.classList.toggle("gl-pairwise", after);
       page.outbox.settle(state.revision);
