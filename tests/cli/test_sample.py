@@ -240,12 +240,12 @@ def test_what_is_left_out_or_cannot_be_carried_out_is_told_once(run, rules, tmp_
     path = rules(
         'import lib : "lib.cga"\nimport gone : "gone.cga"\n'
         "Lot --> setNormals(soft) set(trim.vertical, false)\n"
-        "cleanupGeometry(all, 1) lib.A"
+        "convexify() lib.A"
     )
     rules("A --> softenNormals(30) extrude(3)", "lib.cga")
     told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr.splitlines()
     assert told[0] == "ignored, since no shape or colour depends on it: setNormals, softenNormals"
-    assert told[1].startswith('not supported: the import "gone.cga", which cannot be read, the operation cleanupG')
+    assert told[1].startswith('not supported: the import "gone.cga", which cannot be read, the operation convexify')
 
 
 MISSING = (

@@ -4,6 +4,7 @@ from grammarlab.derivation.operations import (
     alignment,
     appearance,
     area_splits,
+    cleaning,
     comp,
     enveloping,
     extrusion,
@@ -21,6 +22,7 @@ from grammarlab.derivation.operations import (
 OPERATIONS = {
     **alignment.OPERATIONS,
     **appearance.OPERATIONS,
+    **cleaning.OPERATIONS,
     **enveloping.OPERATIONS,
     **extrusion.OPERATIONS,
     **insertion.OPERATIONS,

@@ -2,8 +2,8 @@
 
 ``set`` changes the numbers that place a shape: ``scope.t``, ``scope.r``, ``scope.s``, ``pivot.p`` and ``pivot.o``.
 
-Operations that change normals, or the division of a surface into faces, but not the surface, are accepted and have no
-effect: concave faces are cut when they are drawn. Later operations may depend on the division into faces, and on no
+Operations that change normals, or divide concave faces, but not the surface, are accepted and have no effect: concave
+faces are cut when they are drawn. Later operations may depend on the division into faces, and on no
 other effect of these operations; `grammarlab check` warns of each use.
 """
 
@@ -33,7 +33,7 @@ _PLACEMENT = frozenset(
 """The names of these numbers."""
 _UNCHANGED_SIZE = Argument(1.0, relative=True)
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
-_OF_FACES = ("cleanupGeometry", "convexify")
+_OF_FACES = ("convexify",)
 _OF_LOOKS = ("setNormals", "setupUV", "softenNormals")
 CHANGE_LOOKS = frozenset(_OF_LOOKS)
 """Operations that no later shape depends on."""

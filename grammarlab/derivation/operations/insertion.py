@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from grammarlab.arrays import Floats
@@ -69,9 +72,8 @@ def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
     if "zUp" in call.words:
         mesh, asset_size, low = _stood_up(call, mesh, asset_size, low)
     if "keepSizeAlignPosition" in call.words:
-        return _standing(
-            call, shapes, np.full(shapes.num, mesh, dtype=np.int32), np.broadcast_to(asset_size, (shapes.num, 3))
-        )
+        ids, sizes = np.full(shapes.num, mesh, dtype=np.int32), np.broadcast_to(asset_size, (shapes.num, 3))
+        return _standing(call._replace(shapes=shapes), ids, sizes, np.array([0.5, 0.0, 0.5]))
     if "keepSizeAndPosition" in call.words:
         shapes = shapes._replace(size=np.zeros_like(shapes.size))
     return fitted(shapes, mesh, asset_size, low, call)
@@ -156,8 +158,9 @@ def _trimming(apply: OperationFunction) -> OperationFunction:
 
 
 def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
-    """``primitiveX(counts, dimensions)``: fitted to the scope, or with dimensions centred in it.
+    """``primitiveX(counts, dimensions)``: fitted to the scope, or with dimensions around the axis of the scope.
 
+    A radius is that of the circle through all corners, so most scopes are smaller than the circle.
     Negative dimensions mirror it, like negative sizes in ``s``; the reference does not define them.
     """
 
@@ -170,10 +173,11 @@ def _primitive(name: str, num_counts: int, num_dimensions: int) -> Operation:
         mesh = _mesh(call, name, numbers[:num_counts])
         if name in ("cube", "quad"):
             call = call._replace(shapes=with_face_maps(call.shapes, call.workspace))
+        natural = _of_counts(call, partial(primitives.natural_size, name), numbers[:num_counts])
         if not dimensions:
-            size = _natural_sizes(call, name, numbers[:num_counts])
-            return fitted(call.shapes, 0, size, np.zeros(3), call)._replace(mesh=mesh)
-        return _standing(call, call.shapes, mesh, _extent(name, dimensions, call.shapes.num))
+            return fitted(call.shapes, 0, natural, np.zeros(3), call)._replace(mesh=mesh)
+        axis = _of_counts(call, partial(primitives.axis_place, name), numbers[:num_counts])
+        return _standing(call, mesh, natural * _extent(name, dimensions, call.shapes.num), axis)
 
     return Operation(_trimming(apply), num_arguments=(0, num_counts + num_dimensions))
 
@@ -192,14 +196,13 @@ def _mesh(call: BoundCall, name: str, counts: list[float | Floats]) -> Ids:
     return np.array(ids, dtype=np.int32)[inverse]
 
 
-def _natural_sizes(call: BoundCall, name: str, counts: list[float | Floats]) -> Floats:
-    """[N, 3] own sizes of primitives."""
+def _of_counts(call: BoundCall, measure: Callable[..., Floats], counts: list[float | Floats]) -> Floats:
+    """[N, 3] what a measure gives for numbers of sides and divisions; [3] without any."""
     if not counts:
-        return primitives.natural_size(name)
+        return measure()
     columns = [np.broadcast_to(np.rint(count), call.shapes.num) for count in counts]
     table, inverse = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
-    sizes = [primitives.natural_size(name, *(int(count) for count in row)) for row in table]
-    return np.array(sizes)[inverse.ravel()]
+    return np.array([measure(*(int(count) for count in row)) for row in table])[inverse.ravel()]
 
 
 def _named(call: BoundCall, name: str, counts: tuple[int, ...]) -> int:
@@ -208,7 +211,7 @@ def _named(call: BoundCall, name: str, counts: tuple[int, ...]) -> int:
 
 
 def _extent(name: str, dimensions: list[float | Floats], count: int) -> Floats:
-    """[N, 3] bounding box of a primitive from its dimensions."""
+    """[N, 3] size of the block or of the circle around a primitive, from its dimensions."""
     first, *rest = dimensions
     if name in ("cube", "quad"):
         width, height, depth = (first, *rest) if name == "cube" else (first, 0.0, rest[0])
@@ -220,9 +223,17 @@ def _extent(name: str, dimensions: list[float | Floats], count: int) -> Floats:
     return np.stack([np.broadcast_to(side, count).astype(np.float64) for side in sides], axis=1)
 
 
-def _standing(call: BoundCall, shapes: Shapes, mesh: Ids, size: Floats) -> Shapes:
-    """Shapes with new geometry centred on the scope's floor, mirrored along axes of negative size."""
-    offset = 0.5 * (shapes.size - size) * [1.0, 0.0, 1.0]
+def _standing(call: BoundCall, mesh: Ids, size: Floats, axis: Floats) -> Shapes:
+    """Shapes with new geometry on the middle of the scope's floor, mirrored along axes of negative size.
+
+    Args:
+        call: the operation.
+        mesh: [N] the geometry.
+        size: [N, 3] its size in metres.
+        axis: [3] or [N, 3] the point that is in the middle, as shares of the size.
+    """
+    shapes = call.shapes
+    offset = (0.5 * shapes.size - axis * size) * [1.0, 0.0, 1.0]
     position = shapes.position + call.workspace.frames.to_world(shapes.frame, offset)
     standing = shapes._replace(mesh=mesh, size=size, position=position)
     return mirrored(standing, size < 0.0, call.workspace.meshes, call.workspace.frames)

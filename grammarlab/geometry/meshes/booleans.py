@@ -12,8 +12,8 @@ from manifold3d import Manifold
 
 from grammarlab.arrays import Floats
 from grammarlab.geometry.meshes.contact import solid_of
+from grammarlab.geometry.meshes.flat_patches import faces_within, loops_of
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
-from grammarlab.geometry.meshes.triangulate import contains, keyhole
 
 Operation = Literal["union", "subtract", "intersect"]
 
@@ -67,12 +67,14 @@ def polygons_of(solid: Manifold) -> Meshes:
     if len(triangles) == 0:
         return Meshes.single(np.zeros((0, 3)), [])
     patches = _patches(points, triangles)
-    loops = [_loops(triangles[patch]) for patch in patches]
+    loops = [loops_of(_edges(triangles[patch])) for patch in patches]
     # A corner of three faces stays also in the face in which it is straight, so that edges have two faces.
     uses = np.bincount([index for outlines in loops for loop in outlines for index in loop], minlength=len(points))
     faces: list[Indices] = []
     for patch, outlines in zip(patches, loops, strict=True):
-        faces += _outlines(points, triangles[patch], [_simplified(points, loop, uses) for loop in outlines])
+        faces += faces_within(
+            points, [_simplified(points, loop, uses) for loop in outlines], _normal(points, triangles[patch])
+        )
     used, corners = np.unique(np.concatenate(faces), return_inverse=True)
     sizes = np.cumsum([len(face) for face in faces])[:-1]
     return Meshes.single(points[used], [part.tolist() for part in np.split(corners, sizes)])
@@ -110,30 +112,6 @@ def _patches(points: Floats, triangles: Indices) -> list[Indices]:
     return [np.array(group) for group in groups.values()]
 
 
-def _loops(triangles: Indices) -> list[list[int]]:
-    """Outlines of a flat patch, counter-clockwise, those of its holes clockwise."""
-    edges = {edge for a, b, c in triangles.tolist() for edge in ((a, b), (b, c), (c, a))}
-    following: dict[int, list[int]] = defaultdict(list)
-    for start, end in sorted(edges):
-        if (end, start) not in edges:
-            following[start].append(end)
-    loops: list[list[int]] = []
-    while following:
-        start = current = min(following)
-        loop: list[int] = []
-        while current in following:
-            loop.append(current)
-            ends = following[current]
-            step = ends.pop(0)
-            if not ends:
-                del following[current]
-            current = step
-            if current == start:
-                break
-        loops.append(loop)
-    return loops
-
-
 def _simplified(points: Floats, loop: list[int], uses: Indices) -> list[int]:
     """A loop without corners of two faces at which it goes straight on."""
     corner = points[loop]
@@ -144,36 +122,10 @@ def _simplified(points: Floats, loop: list[int], uses: Indices) -> list[int]:
     return [index for index, stays in zip(loop, bends.tolist(), strict=True) if stays]
 
 
-def _outlines(points: Floats, triangles: Indices, loops: list[list[int]]) -> list[Indices]:
-    """Faces of a flat patch with these outlines, with a keyhole for every hole."""
-    loops = [loop for loop in loops if len(loop) > 2]
-    if len(loops) < 2:
-        return [np.array(loop) for loop in loops]
-    return _with_holes(points, triangles, loops)
+def _edges(triangles: Indices) -> list[tuple[int, int]]:
+    return [edge for a, b, c in triangles.tolist() for edge in ((a, b), (b, c), (c, a))]
 
 
-def _with_holes(points: Floats, triangles: Indices, loops: list[list[int]]) -> list[Indices]:
+def _normal(points: Floats, triangles: Indices) -> Floats:
     corner = points[triangles]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]).sum(axis=0)
-    normal /= np.linalg.norm(normal)
-    x = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-    x /= np.linalg.norm(x)
-    axes = np.column_stack([x, np.cross(normal, x)])
-    flat = [points[loop] @ axes for loop in loops]
-    areas = [
-        float(np.sum(ring[:, 0] * np.roll(ring[:, 1], -1) - np.roll(ring[:, 0], -1) * ring[:, 1])) for ring in flat
-    ]
-    outer = [number for number, area in enumerate(areas) if area > 0.0]
-    result = []
-    for number in outer:
-        holes = [i for i, area in enumerate(areas) if area < 0.0 and _owner(flat, areas, outer, i) == number]
-        rings = [number, *holes]
-        order = keyhole([flat[i] for i in rings]) if holes else np.arange(len(loops[number]))
-        result.append(np.concatenate([np.array(loops[i]) for i in rings])[order])
-    return result
-
-
-def _owner(flat: list[Floats], areas: list[float], outer: list[int], hole: int) -> int:
-    """The smallest outline around a hole."""
-    around = [i for i in outer if contains(flat[i], flat[hole])]
-    return min(around, key=lambda i: areas[i], default=-1)
+    return np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]).sum(axis=0)

@@ -152,6 +152,19 @@ def natural_size(name: str, *counts: int) -> Floats:
     return np.array([width, 0.0 if name == "disk" else 1.0, depth])
 
 
+def axis_place(name: str, *counts: int) -> Floats:
+    """[3] where the axis of a round primitive meets its floor, as shares of its size; the middle for the others.
+
+    Args:
+        name: as for `natural_size`.
+        counts: as for `natural_size`.
+    """
+    if name not in _ROUND:
+        return np.array([0.5, 0.0, 0.5])
+    x, z = _center(_circle(*counts[:1] or (DEFAULT_SIDES,)))
+    return np.array([x, 0.0, z])
+
+
 def _ring(outline: Floats) -> Meshes:
     """One face at y = 0 through x and z [n, 2]."""
     points = np.column_stack((outline[:, 0], np.zeros(len(outline)), outline[:, 1]))
