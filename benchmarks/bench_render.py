@@ -17,7 +17,7 @@ from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.sample.models import cut_batches, models_of
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import sample_run
-from grammarlab.runs.work.executors import executor_of
+from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.scene import realize, triangles
 
 

@@ -24,6 +24,9 @@ EXTRAS = {
     "pyogrio": "city",
     "pyproj": "city",
     "rasterio": "city",
+    "distributed": "cluster",
+    "dask": "cluster",
+    "fsspec": "cluster",
     "anywidget": "notebook",
     "traitlets": "notebook",
 }

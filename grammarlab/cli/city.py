@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console import Unfinished, friendly_errors, print_json, print_result, progress, say
+from grammarlab.cli.console import Scheduler, Unfinished, friendly_errors, print_json, print_result, progress, say
 
 if TYPE_CHECKING:
     from grammarlab.runs.city.build import CityResult
@@ -38,6 +38,7 @@ def build(
         bool, typer.Option("--implicit", help="Write an implicit tileset, whose tree needs no lists of tiles.")
     ] = False,
     workers: Workers = 0,
+    scheduler: Scheduler = "",
     as_json: AsJson = False,
 ) -> None:
     """Build a city from a plan: 3D Tiles, a table of its parcels, and CityJSON.
@@ -49,12 +50,11 @@ def build(
     with friendly_errors(unfinished.advice), progress(unfinished.note) as show:
         from grammarlab.export.cityjson import LEVELS, levels_of
         from grammarlab.runs.city.build import build_city
-        from grammarlab.runs.work.executors import executor_of
+        from grammarlab.runs.work.executor_choice import executor_of
 
         levels = levels_of(cityjson_lods) if cityjson_lods else LEVELS if cityjson else ()
-        result = build_city(
-            plan, output, executor=executor_of(workers), cityjson=levels, implicit=implicit, on_progress=show
-        )
+        executor = executor_of(workers, scheduler, say)
+        result = build_city(plan, output, executor=executor, cityjson=levels, implicit=implicit, on_progress=show)
     _say_remarks(result)
     if as_json:
         print_json(_as_json(result))

@@ -49,7 +49,7 @@ def compare(
         if picture is not None:
             from grammarlab.runs.learn.report import draw_side_by_side
             from grammarlab.runs.sample.domains import opened
-            from grammarlab.runs.work.executors import executor_of
+            from grammarlab.runs.work.executor_choice import executor_of
 
             spaces = [opened(s.suffix, s.text(), s.name, s.assets) for s in result.sources]
             named_spaces = list(zip((first, second), spaces, strict=True))

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
@@ -23,6 +23,15 @@ from grammarlab.printable import printable
 
 Show = Callable[[str, int, int], None]
 FAILURE, USAGE, INTERRUPTED = 1, 2, 130
+Scheduler = Annotated[
+    str,
+    typer.Option(
+        "--scheduler",
+        help="Address of a Dask scheduler, such as tcp://host:8786: its workers do the work.",
+        metavar="URL",
+    ),
+]
+"""Option of commands whose tasks a cluster can do."""
 
 
 @dataclass

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console import Unfinished, friendly_errors, print_json, say
+from grammarlab.cli.console import Scheduler, Unfinished, friendly_errors, print_json, say
 
 if TYPE_CHECKING:
     from grammarlab.runs.evaluate.plots import ScenarioResults
@@ -89,6 +89,7 @@ def evaluate(
         ),
     ] = None,
     workers: Annotated[int, typer.Option("--workers", help="Number of processes; 0 for one per core.", min=0)] = 0,
+    scheduler: Scheduler = "",
     resume: Annotated[
         bool, typer.Option("--resume/--fresh", help="Keep the curves in the folder, or start again.")
     ] = True,
@@ -103,7 +104,7 @@ def evaluate(
         from grammarlab.cli.console import progress
         from grammarlab.runs.evaluate.request import EvaluationRequest, find_scenarios
         from grammarlab.runs.evaluate.run import evaluate_run
-        from grammarlab.runs.work.executors import executor_of
+        from grammarlab.runs.work.executor_choice import executor_of
 
         request = EvaluationRequest.of(
             find_scenarios(scenarios),
@@ -123,7 +124,7 @@ def evaluate(
                 folder or _folder_of(scenarios),
                 report=report,
                 cache=cache,
-                executor=executor_of(workers),
+                executor=executor_of(workers, scheduler, say),
                 fresh=not resume,
                 command=_command(scenarios, request),
                 on_progress=on_progress,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from grammarlab.cli.console import friendly_errors, print_json, say
+from grammarlab.cli.console import Scheduler, friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
 from grammarlab.cli.sample import complete_grammar
 from grammarlab.files import check_overwrites
@@ -96,6 +96,7 @@ def learn(
         str,
         typer.Option("--person", help="With labels and a scenario: person whose scores are the truth. " + PERSONS_HELP),
     ] = "exact",
+    scheduler: Scheduler = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
     """Make a grammar, or a species, that samples liked models.
@@ -159,10 +160,10 @@ def learn(
             with progress() as on_progress:
                 exact = learn_from_scenario(grammar, source, method, target, samples, on_progress)
             summary = _Summary(_as_json(exact), _as_lines(exact), density_pages.page_of_scenario(exact))
-        _print_summary(summary, report, seed or 0, as_json)
+        _print_summary(summary, report, seed or 0, scheduler, as_json)
 
 
-def _print_summary(summary: _Summary, report: Path | None, seed: int, as_json: bool) -> None:
+def _print_summary(summary: _Summary, report: Path | None, seed: int, scheduler: str, as_json: bool) -> None:
     if as_json:
         print_json(summary.values)
     else:
@@ -170,9 +171,10 @@ def _print_summary(summary: _Summary, report: Path | None, seed: int, as_json: b
             say(line)
     if report is not None:
         from grammarlab.runs.learn.report import write_report
-        from grammarlab.runs.work.executors import executor_of
+        from grammarlab.runs.work.executor_choice import executor_of
 
-        say(f"table and pictures: {write_report(summary.page, report, seed=seed, executor=executor_of(0))}")
+        executor = executor_of(0, scheduler, say)
+        say(f"table and pictures: {write_report(summary.page, report, seed=seed, executor=executor)}")
 
 
 def _size(learned: Learned[Any], file: Path | None) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console import Unfinished, friendly_errors, print_json, say, was_given
+from grammarlab.cli.console import Scheduler, Unfinished, friendly_errors, print_json, say, was_given
 from grammarlab.errors import UsageError
 
 MOST_PRINTS = 50
@@ -138,6 +138,7 @@ def sample(
         Path | None, typer.Option("--manifest", help="Repeat the run of this manifest and compare every file.")
     ] = None,
     jobs: Annotated[int, typer.Option("--jobs", help="Number of processes; 0 for one per core.", min=0)] = 0,
+    scheduler: Scheduler = "",
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue an interrupted run; damaged files are made again.")
     ] = False,
@@ -155,9 +156,9 @@ def sample(
         from grammarlab.runs.sample.request import SampleRequest
         from grammarlab.runs.sample.run import repeat_run, sample_run
         from grammarlab.runs.sample.shipped import find_rules
-        from grammarlab.runs.work.executors import executor_of
+        from grammarlab.runs.work.executor_choice import executor_of
 
-        executor = executor_of(jobs)
+        executor = executor_of(jobs, scheduler, say)
         if manifest is not None:
             _refuse_with_manifest(context)
             earlier = read_manifest(manifest, assets)
@@ -211,7 +212,7 @@ def sample(
 
 def _refuse_with_manifest(context: typer.Context) -> None:
     """Refuse options that a manifest already defines: all but folders, jobs, output and renderer."""
-    free = {"folder", "assets", "renderer", "manifest", "jobs", "resume", "as_json"}
+    free = {"folder", "assets", "renderer", "manifest", "jobs", "scheduler", "resume", "as_json"}
     for name in context.params:
         if name not in free and was_given(context, name):
             raise UsageError(f"--manifest repeats a run with its own options: leave out {name.replace('_', ' ')}.")

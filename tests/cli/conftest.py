@@ -10,7 +10,7 @@ def run(monkeypatch):
 
     Unless ``--jobs`` says otherwise it starts no others, which takes longer than what they would do.
     """
-    monkeypatch.setattr("grammarlab.runs.work.executors.available_cores", lambda: 1)
+    monkeypatch.setattr("grammarlab.runs.work.executor_choice.available_cores", lambda: 1)
 
     def call(*arguments, code=0):
         result = CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)
@@ -35,5 +35,5 @@ def rules(tmp_path):
 @pytest.fixture
 def run_any(monkeypatch):
     """Runs a command line in this process with any exit code; errors of ours that escape fail the test."""
-    monkeypatch.setattr("grammarlab.runs.work.executors.available_cores", lambda: 1)
+    monkeypatch.setattr("grammarlab.runs.work.executor_choice.available_cores", lambda: 1)
     return lambda *arguments: CliRunner().invoke(app, [str(a) for a in arguments], catch_exceptions=False)

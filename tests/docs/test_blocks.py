@@ -16,7 +16,8 @@ PAGES += sorted(page for folder in ("howto", "trees") for page in (ROOT / "docs"
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 def test_code_blocks_run_in_the_order_of_the_page(page, tmp_path, monkeypatch):
-    monkeypatch.setattr("grammarlab.runs.work.executors.available_cores", lambda: 1)  # starting processes takes longer
+    # Starting processes takes longer.
+    monkeypatch.setattr("grammarlab.runs.work.executor_choice.available_cores", lambda: 1)
     with warnings.catch_warnings(action="error"):
         run_page(page, tmp_path)
 

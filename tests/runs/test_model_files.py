@@ -22,7 +22,7 @@ from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.sample.contact_sheet import seen_points
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import sample_run
-from grammarlab.runs.work.executors import executor_of
+from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.scene import realize, triangles
 from tests.export.gltf import read_glb
 from tests.whole_grammars import WHOLE

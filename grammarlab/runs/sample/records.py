@@ -26,6 +26,7 @@ from grammarlab.runs.sample.request import Instancing, SampleRequest
 from grammarlab.runs.sample.shipped import SUFFIX
 from grammarlab.runs.work.json_members import member, numbers, of_kind, texts
 from grammarlab.runs.work.results import Results, json_kind
+from grammarlab.runs.work.run_folder import check_shared
 from grammarlab.scene import Scene
 from grammarlab.scene.triangles import count_triangles
 
@@ -152,6 +153,7 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
 
     Files are on the disk before the record that names them, so a record is right even after a power failure.
     """
+    check_shared(folder)
     _forget_record(folder, batch)
     made = models_of(request).make(request, batch)
     derivations = _batch_folder(folder, batch)

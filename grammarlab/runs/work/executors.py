@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from typing import Self, TypeVar
 
-from grammarlab.runs.work.workers import available_cores, one_thread, variables
+from grammarlab.runs.work.machine import Machine, this_machine
+from grammarlab.runs.work.workers import one_thread, variables
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -46,6 +47,10 @@ class AbstractExecutor(ABC):
     @abstractmethod
     def with_environment(self, values: Mapping[str, str]) -> Self:
         """The same with environment variables for its tasks; libraries may read them only when they are loaded."""
+
+    def machine(self) -> Machine:
+        """Software and class of the processors that do the tasks."""
+        return this_machine()
 
     def results(self, work: Callable[[Task], Result], tasks: Iterable[Task]) -> list[Result]:
         """Results of all tasks, in their order; see `run`."""
@@ -110,9 +115,3 @@ class Processes(AbstractExecutor):
 
 
 SERIAL = Serial()
-
-
-def executor_of(jobs: int) -> AbstractExecutor:
-    """Executor with a number of processes; 0 for one per core, 1 for this process only."""
-    num_workers = jobs or available_cores()
-    return SERIAL if num_workers == 1 else Processes(num_workers)

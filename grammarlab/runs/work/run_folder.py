@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import platform
 import stat
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -76,6 +77,19 @@ def only_run_in(folder: Path, inner: Sequence[str] = ()) -> Iterator[None]:
         yield
     finally:
         _release(path, descriptor)
+
+
+def check_shared(folder: Path) -> None:
+    """Check, in a process that works for a run, that it sees the folder that the run has locked (`only_run_in`).
+
+    Raises:
+        UsageError: If it does not: it is on another machine, where the path names nothing or another folder.
+    """
+    if not (folder / LOCK).exists():
+        raise UsageError(
+            f"{folder}: machine {platform.node()!r} does not see the run's folder. Write into a folder that all "
+            "machines of the cluster share, by a path that is the same on all of them."
+        )
 
 
 def own_folder(folder: Path, name: str) -> Path | None:

@@ -6,17 +6,16 @@ import pickle
 import signal
 import sys
 import time
-import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import lru_cache
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from typing import Any
 
 from grammarlab.errors import WorkerError
+from grammarlab.runs.work.task_answers import EndedError, answer, result_of
 from grammarlab.runs.work.workers import MAX_ATTEMPTS, UNGUARDED, exit_reason, is_unguarded, start_worker
 
 GRACE_SECONDS = 2.0
@@ -107,10 +106,7 @@ class Workforce:
         else:
             worker.job = job
             _send(worker, pickle.dumps(job.task))
-        is_result, value = pickle.loads(message)  # noqa: S301 - of our own process
-        if not is_result:
-            raise value
-        self._then(done.index, value)
+        self._then(done.index, result_of(message))
 
     def _dismiss(self, worker: _Worker) -> None:
         """Close the connection of a process, which ends it."""
@@ -132,11 +128,9 @@ class Workforce:
         if self._false_starts == MAX_ATTEMPTS:
             raise WorkerError(f"processes end as soon as they start ({how}). Try to do without (`jobs=1`).")
         if job.losses == MAX_ATTEMPTS:
-            name = str(job.task)
-            name = name if len(name) <= _MAX_NAME else f"{name[:_MAX_NAME]}…"
             raise WorkerError(
-                f"{name}: the process that worked on it ended unasked, {job.losses} times ({how}). Try fewer processes "
-                "at a time (`jobs=1`, `workers=1`) or smaller tasks, such as smaller footprints."
+                f"{name_of(job.task)}: the process that worked on it ended unasked, {job.losses} times ({how}). Try "
+                "fewer processes at a time (`jobs=1`, `workers=1`) or smaller tasks, such as smaller footprints."
             )
         self._start(job)
 
@@ -154,6 +148,12 @@ class Workforce:
             process.join()
 
 
+def name_of(task: Any) -> str:
+    """Name of a task in messages, of bounded length."""
+    name = str(task)
+    return name if len(name) <= _MAX_NAME else f"{name[:_MAX_NAME]}…"
+
+
 def _received(worker: _Worker) -> bytes | None:
     """Next message of a process; None if it has ended."""
     try:
@@ -168,19 +168,15 @@ def _send(worker: _Worker, message: bytes) -> None:
         worker.connection.send_bytes(message)
 
 
-class _EndedError(BaseException):
-    """Raised in a process that must end; tasks do not catch it as an error."""
-
-
 def _do_tasks(connection: Connection) -> None:
     """Main function of a process: run tasks until the connection is closed."""
     signal.signal(signal.SIGTERM, _tidy_up)
-    with suppress(_EndedError, EOFError, OSError):
+    with suppress(EndedError, EOFError, OSError):
         try:
             connection.send_bytes(_READY)
             work = connection.recv_bytes()
             while True:
-                connection.send_bytes(_answer(work, connection.recv_bytes()))
+                connection.send_bytes(answer(work, connection.recv_bytes()))
         finally:
             # The process ends anyway, and what the library does at its end must not be interrupted.
             signal.signal(signal.SIGTERM, signal.SIG_IGN)
@@ -191,26 +187,4 @@ def _tidy_up(_signal: int, _frame: object) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
     # Half-made objects and destructors would complain on stderr.
     sys.unraisablehook = lambda _: None
-    raise _EndedError
-
-
-def _answer(work: bytes, task: bytes) -> bytes:
-    """Whether a task succeeded, and its result or its error, pickled."""
-    try:
-        return pickle.dumps((True, _function(work)(pickle.loads(task))))  # noqa: S301 - of our own process
-    except _EndedError:
-        raise
-    except BaseException as error:
-        error.add_note(f"In a process that worked for this one:\n{traceback.format_exc()}")
-        try:
-            answer = pickle.dumps((False, error))
-            pickle.loads(answer)  # noqa: S301 - made a line above
-        except Exception:
-            return pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}\n{traceback.format_exc()}")))
-        return answer
-
-
-@lru_cache(maxsize=1)
-def _function(work: bytes) -> Callable[[Any], Any]:
-    """The function that does tasks, imported with the first task."""
-    return pickle.loads(work)  # noqa: S301 - of our own process
+    raise EndedError

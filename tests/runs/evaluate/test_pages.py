@@ -7,7 +7,8 @@ from PIL import Image
 
 from grammarlab.runs.evaluate.pictures import COLUMNS, draw_examples
 from grammarlab.runs.sample.contact_sheet import PAPER, lay_out
-from grammarlab.runs.work.executors import SERIAL, executor_of
+from grammarlab.runs.work.executor_choice import executor_of
+from grammarlab.runs.work.executors import SERIAL
 
 SCENARIO = """
 name = "boxes"

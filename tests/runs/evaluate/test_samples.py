@@ -12,7 +12,7 @@ from grammarlab.runs.evaluate import samples
 from grammarlab.runs.evaluate.curve_tasks import CurveTask, make_curve
 from grammarlab.runs.evaluate.samples import NUM_MODELS, STORE, choose, draw_models
 from grammarlab.runs.sample.sources import load_source
-from grammarlab.runs.work.executors import executor_of
+from grammarlab.runs.work.executor_choice import executor_of
 
 SCENARIO = """
 name = "boxes"

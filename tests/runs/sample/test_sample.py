@@ -18,7 +18,8 @@ from grammarlab.runs.sample.manifest import read_manifest
 from grammarlab.runs.sample.models import cut_batches
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import repeat_run, sample_run
-from grammarlab.runs.work.executors import Processes, executor_of
+from grammarlab.runs.work.executor_choice import executor_of
+from grammarlab.runs.work.executors import Processes
 from grammarlab.scene import realize, triangles
 from tests.runs.grammars import BROKEN, TOWER
 

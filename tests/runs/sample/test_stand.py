@@ -21,7 +21,7 @@ from grammarlab.runs.sample.species_models import with_attributes
 from grammarlab.runs.sample.stand import Stand
 from grammarlab.runs.sample.stand_plan import draw_plan
 from grammarlab.runs.sample.tree_table import TreeTable
-from grammarlab.runs.work.executors import executor_of
+from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.trees.accepted_trees import accepted_rows
 from grammarlab.trees.crown_reach import CrownReach, reach
 from grammarlab.trees.growth import grow

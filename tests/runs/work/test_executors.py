@@ -15,7 +15,8 @@ from pathlib import Path
 import pytest
 
 from grammarlab.errors import LanguageError, WorkerError
-from grammarlab.runs.work.executors import SERIAL, AbstractExecutor, Processes, Serial, executor_of
+from grammarlab.runs.work.executor_choice import executor_of
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor, Processes, Serial
 from grammarlab.runs.work.workers import MAX_ATTEMPTS, available_cores
 from tests.runs import tasks
 from tests.runs.processes import descendants, expect_gone

@@ -1,0 +1,149 @@
+"""Connections to the scheduler of a Dask cluster, and what is asked of its workers before they get tasks."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any, cast
+
+from distributed import Client
+from distributed.comm.core import CommClosedError
+
+from grammarlab.errors import UsageError, WorkerError
+from grammarlab.runs.work.cluster_worker import mixture
+from grammarlab.runs.work.machine import Machine, this_machine
+
+NO_WORKERS_SECONDS = 60.0
+"""Seconds without workers after which it is said."""
+_CONNECT_SECONDS = 15.0
+_ANSWER_SECONDS = 30.0
+"""Seconds in which the scheduler must answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """A connection to a scheduler."""
+
+    address: str
+    client: Client
+
+    def check(self) -> None:
+        """Check that the connection has not been lost; futures do not report that.
+
+        Raises:
+            WorkerError: If it has.
+        """
+        if self.client.status != "running":
+            raise self.lost()
+
+    def lost(self) -> WorkerError:
+        """Error about a lost connection."""
+        return WorkerError(
+            f"the scheduler at {self.address} is gone or does not answer. What is finished stays: "
+            "start a scheduler again."
+        )
+
+    def threads(self) -> Mapping[str, int]:
+        """Number of threads of each worker, by address.
+
+        Raises:
+            WorkerError: If the scheduler does not answer.
+        """
+        self.check()
+        scheduler: Any = self.client.scheduler
+        try:
+            return cast("Mapping[str, int]", self.client.sync(scheduler.ncores, callback_timeout=_ANSWER_SECONDS))
+        except (OSError, TimeoutError) as error:
+            raise self.lost() from error
+
+    def from_workers(self, function: Callable[..., Any], *arguments: Any) -> Mapping[str, Any]:
+        """Results of a function in each worker, by address; its error where it raises one."""
+        return cast("Mapping[str, Any]", self.client.run(function, *arguments, on_error="return"))
+
+    def dashboard(self) -> str:
+        """Address of the page of the scheduler; empty if it has none."""
+        services = self.client.scheduler_info(n_workers=0).get("services", {})
+        return str(self.client.dashboard_link) if services.get("dashboard") else ""
+
+    def machine(self, notice: Callable[[str], object]) -> Machine:
+        """Machine of all workers, when there are any.
+
+        Args:
+            notice: called if there are none for a while.
+
+        Raises:
+            UsageError: If they differ, cannot import this version of grammarlab, or do several tasks at a time.
+            WorkerError: If the scheduler does not answer.
+        """
+        answers: Mapping[str, Any] = {}
+        while not answers:  # all may leave before they answer
+            check_threads(self._workers(notice))
+            answers = self.from_workers(this_machine)
+        here, first = this_machine(), None
+        for worker, machine in answers.items():
+            if not isinstance(machine, Machine):
+                raise UsageError(
+                    f"worker {worker} cannot import grammarlab {here.software['grammarlab']} ({machine!r:.200}). Start "
+                    "workers from the environment of this command: pip install 'grammarlab[cluster]'."
+                )
+            if difference := Machine(machine.software, {}).difference(Machine(here.software, {})):
+                raise UsageError(f"worker {worker} has {difference} as here. Start workers from the same environment.")
+            first = first or machine
+            if difference := machine.difference(first):
+                raise UsageError(mixture(worker, difference))
+        return first or here
+
+    def _workers(self, notice: Callable[[str], object]) -> Mapping[str, int]:
+        """Threads of workers, when there are any."""
+        start, is_said = time.monotonic(), False
+        while not (threads := self.threads()):
+            if not is_said and time.monotonic() - start > NO_WORKERS_SECONDS:
+                notice(no_workers(self.address))
+                is_said = True
+            time.sleep(0.2)
+        return threads
+
+
+@contextmanager
+def connected(address: str) -> Iterator[Connection]:
+    """A connection to a scheduler during a block.
+
+    Raises:
+        UsageError: If there is none at the address.
+        WorkerError: If it is lost in the block.
+    """
+    try:
+        client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise UsageError(
+            f"expected a Dask scheduler at {address!r:.200}, found none ({error!s:.200}). Start one with "
+            "`dask scheduler`, and give the address that it prints: tcp://HOST:8786."
+        ) from error
+    connection = Connection(address, client)
+    try:
+        yield connection
+    except CommClosedError as error:
+        raise connection.lost() from error
+    finally:
+        client.close(timeout=_CONNECT_SECONDS if client.status == "running" else 1)
+
+
+def no_workers(address: str) -> str:
+    """Message about a cluster without workers."""
+    return f"no workers at {address} for {NO_WORKERS_SECONDS:.0f} s: start some: dask worker {address} --nthreads 1"
+
+
+def check_threads(threads: Mapping[str, int]) -> None:
+    """Check that each worker does one task at a time.
+
+    Raises:
+        UsageError: If one does several.
+    """
+    for worker, number in threads.items():
+        if number != 1:
+            raise UsageError(
+                f"worker {worker} does {number} tasks at a time in one process. Start it with `--nworkers {number} "
+                "--nthreads 1`: tasks share neither a core nor the settings of numerical libraries."
+            )

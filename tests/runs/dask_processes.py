@@ -1,0 +1,71 @@
+"""A Dask cluster of processes on this machine: a scheduler on a free port, without a dashboard, and workers."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from tests.waiting import wait_until
+
+_QUIET = ["--no-dashboard", "--dashboard-address", "127.0.0.1:0"]
+
+
+@dataclass
+class DaskCluster:
+    """Processes of a cluster."""
+
+    file: Path
+    scheduler: subprocess.Popen[bytes]
+    workers: list[subprocess.Popen[bytes]] = field(default_factory=list)
+
+    @property
+    def address(self) -> str:
+        return json.loads(self.file.read_text())["address"]
+
+    def add_worker(self, *options: str, **environment: str) -> None:
+        module = "distributed.cli.dask_worker"
+        arguments = ["--scheduler-file", str(self.file), "--nthreads", "1", "--no-nanny", *_QUIET, *options]
+        local = ["--local-directory", str(self.file.parent)]
+        self.workers.append(_started(module, [*arguments, *local], environment))
+
+    def kill_scheduler(self) -> None:
+        _kill(self.scheduler)
+
+    def kill_worker(self) -> None:
+        _kill(self.workers.pop())
+
+
+@contextmanager
+def dask_cluster(folder: Path, num_workers: int) -> Iterator[DaskCluster]:
+    """A cluster for a block, whose workers may still be starting; the first death of a worker is one too many."""
+    file = folder / "scheduler.json"
+    options = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file), *_QUIET]
+    environment = {"DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
+    cluster = DaskCluster(file, _started("distributed.cli.dask_scheduler", options, environment))
+    try:
+        wait_until(file.exists, lambda: "no scheduler")
+        for _ in range(num_workers):
+            cluster.add_worker()
+        yield cluster
+    finally:
+        for process in (*cluster.workers, cluster.scheduler):
+            _kill(process)
+
+
+def _started(module: str, arguments: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
+    paths = os.pathsep.join(filter(None, sys.path))
+    variables = os.environ | {"PYTHONPATH": paths, "OMP_NUM_THREADS": "1"} | environment
+    words = [sys.executable, "-m", module, *arguments]
+    return subprocess.Popen(words, env=variables, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    process.send_signal(signal.SIGKILL)
+    process.wait()

@@ -1,0 +1,122 @@
+"""Workers of a Dask cluster do the same as processes of this machine, and what ends them is said."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from grammarlab.errors import LanguageError, UsageError, WorkerError
+from grammarlab.runs.work.cluster import TASKS_PER_THREAD
+from grammarlab.runs.work.cluster_connection import Connection
+from grammarlab.runs.work.executor_choice import executor_of
+from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
+from grammarlab.runs.work.machine import Machine, this_machine
+from tests.runs import tasks
+from tests.runs.dask_processes import DaskCluster, dask_cluster
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory):
+    with dask_cluster(tmp_path_factory.mktemp("dask"), 3) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def executor(cluster: DaskCluster) -> AbstractExecutor:
+    return executor_of(0, cluster.address)
+
+
+def test_a_cluster_keeps_the_contract_of_executors(executor: AbstractExecutor, monkeypatch: pytest.MonkeyPatch):
+    assert executor.results(tasks.product_of, range(4)) == SERIAL.results(tasks.product_of, range(4))
+    assert executor.results(tasks.square, []) == []
+    within = executor.with_environment({"GRAMMARLAB_A": "a"})
+    assert within.results(tasks.variable, ["GRAMMARLAB_A"]) == ["a"]
+    assert executor.results(tasks.variable, ["GRAMMARLAB_A"]) == [None]
+    seen = executor.results(tasks.process_and_threads, range(6))
+    assert {threads for _, each in seen for threads in each} == {1}
+    assert os.getpid() not in {process for process, _ in seen}
+    assert executor.machine() == this_machine()
+    for kind, error, message in [
+        ("exit", SystemExit, "^7"),
+        ("findings", LanguageError, "odd rule"),
+        ("reason", RuntimeError, "ReasonError: nothing at 5"),
+    ]:
+        with pytest.raises(error, match=message):
+            executor.results(tasks.fail, [kind] * 2)
+
+
+def test_tasks_are_taken_as_there_is_room_for_them(executor: AbstractExecutor):
+    latest = done = 0
+
+    def endless():
+        nonlocal latest
+        while True:
+            latest += 1
+            yield latest
+
+    def then(_index: int, _result: int) -> None:
+        nonlocal done
+        done += 1
+        assert latest - done <= TASKS_PER_THREAD * 3
+        if done == 40:
+            raise StopIteration("enough")
+
+    with pytest.raises(StopIteration, match="enough"):
+        executor.run(tasks.square, endless(), then)
+
+
+def test_a_task_that_kills_its_worker_is_named_and_not_the_one_beside_it(
+    executor: AbstractExecutor, tmp_path: Path, cluster: DaskCluster
+):
+    marks = [tmp_path / f"{number}{'.deadly' * (number == 2)}" for number in range(6)]
+    done: list[int] = []
+    with pytest.raises(WorkerError, match=r"2\.deadly: the worker that did nothing else died, 1 times.*more memory"):
+        executor.run(tasks.count_and_die, marks, lambda index, _: done.append(index))
+    assert (tmp_path / "2.deadly").read_text() == "xx"
+    assert set(done) <= {0, 1, 3, 4, 5}
+    assert sum(worker.poll() is None for worker in cluster.workers) == 1
+
+
+def test_a_scheduler_that_dies_is_an_error_and_none_is_a_hint(executor: AbstractExecutor, cluster: DaskCluster):
+    def then(_index: int, _result: int) -> None:
+        cluster.kill_scheduler()
+
+    with pytest.raises(WorkerError, match=r"scheduler at tcp://127\.0\.0\.1:\d+ is gone"):
+        executor.run(tasks.square, range(1000), then)
+    with pytest.raises(UsageError, match="expected a Dask scheduler at 'here', found none"):
+        executor_of(0, "here")
+
+
+@pytest.mark.parametrize(
+    ("answers", "threads", "message"),
+    [
+        (
+            lambda here: {"a": here, "b": replace(here, processor={"BLAS": "Zen"})},
+            1,
+            "worker b has BLAS Zen, not .*pin",
+        ),
+        (lambda here: {"a": replace(here, software={"numpy": "1.0"})}, 1, "worker a has numpy 1.0, not .* as here"),
+        (lambda here: {"a": here, "b": ModuleNotFoundError("no")}, 1, "worker b cannot import grammarlab.*install"),
+        (lambda here: {"a": here}, 8, "worker a does 8 tasks at a time.*--nworkers 8 --nthreads 1"),
+    ],
+)
+def test_workers_that_would_give_other_bits_are_refused(answers: Any, threads: int, message: str):
+    client: Any = SimpleNamespace(
+        status="running",
+        scheduler=SimpleNamespace(ncores=None),
+        sync=lambda *_, **__: {"a": threads},
+        run=lambda *_, **__: answers(this_machine()),
+    )
+    with pytest.raises(UsageError, match=message):
+        Connection("tcp://x", client).machine(str)
+
+
+def test_a_machine_is_what_was_written_of_it():
+    here = this_machine()
+    assert Machine.from_json(here.as_json(), "machine") == here
+    assert here.difference(here) == ""
