@@ -45,8 +45,5 @@ BLOCKS = {
 }
 """Operations with a block, by name."""
 
-CHANGE_LOOKS = appearance.CHANGE_LOOKS
-"""Ignored operations that no shape depends on."""
-
 LEFT_OUT = frozenset(appearance.NEUTRAL)
-"""All ignored operations."""
+"""Ignored operations, which no later shape depends on."""

@@ -2,9 +2,8 @@
 
 ``set`` changes the numbers that place a shape: ``scope.t``, ``scope.r``, ``scope.s``, ``pivot.p`` and ``pivot.o``.
 
-Operations that change normals, or divide concave faces, but not the surface, are accepted and have no effect: concave
-faces are cut when they are drawn. Later operations may depend on the division into faces, and on no
-other effect of these operations; `grammarlab check` warns of each use.
+Operations that change normals, but not the surface, are accepted and have no effect;
+`grammarlab check` warns of each use.
 """
 
 from __future__ import annotations
@@ -33,10 +32,7 @@ _PLACEMENT = frozenset(
 """The names of these numbers."""
 _UNCHANGED_SIZE = Argument(1.0, relative=True)
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
-_OF_FACES = ("convexify",)
 _OF_LOOKS = ("setNormals", "setupUV", "softenNormals")
-CHANGE_LOOKS = frozenset(_OF_LOOKS)
-"""Operations that no later shape depends on."""
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
 _SEEDIANS = np.uint64(0x5EED)
@@ -241,4 +237,4 @@ def _unchanged(call: BoundCall) -> Shapes:
     return call.shapes
 
 
-NEUTRAL: dict[str, Operation] = {name: Operation(_unchanged, _WORDS, (0, 9)) for name in (*_OF_FACES, *_OF_LOOKS)}
+NEUTRAL: dict[str, Operation] = {name: Operation(_unchanged, _WORDS, (0, 9)) for name in _OF_LOOKS}

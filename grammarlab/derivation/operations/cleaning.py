@@ -1,15 +1,19 @@
-"""``cleanupGeometry``: surfaces with fewer points and faces."""
+"""``cleanupGeometry`` and ``convexify``: the same surface divided into fewer faces, or into convex ones."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import cast
 
 import numpy as np
 
+from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.state.mesh_table import scaled
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Shapes
 from grammarlab.geometry.meshes.cleanup import Components, cleaned
+from grammarlab.geometry.meshes.convex import convexified
+from grammarlab.geometry.meshes.measure import has_concave_face
 from grammarlab.geometry.meshes.mesh import Meshes
 
 _COMPONENTS = frozenset({"all", "edges", "faces", "vertices"})
@@ -19,31 +23,58 @@ def cleanup_geometry(call: BoundCall) -> Shapes:
     """``cleanupGeometry(all|edges|faces|vertices, tolerance)``: near points merged, needless components removed."""
     if len(call.values) != 1 or len(call.words) != 1:
         raise call.error("cleanupGeometry expects all, edges, faces or vertices, and a tolerance between 0 and 1")
-    shapes, table = call.shapes, call.workspace.meshes
-    tolerances = np.clip(call.column(call.values[0]), 0.0, 1.0)
     kind = cast("Components", call.words[0])
+    tolerances = np.clip(call.column(call.values[0]), 0.0, 1.0)
+    return _divided_anew(call, tolerances, lambda mesh, tolerance: cleaned(mesh, kind, tolerance))
+
+
+def convexify(call: BoundCall) -> Shapes:
+    """``convexify(length)``: concave faces divided by cuts of at most a length in metres, of any without it."""
+    longest = call.column(call.values[0]) if call.values else np.full(call.shapes.num, np.inf)
+
+    def divided(mesh: Meshes, length: float) -> Meshes:
+        return convexified(mesh, length) if has_concave_face(mesh)[0] else mesh
+
+    return _divided_anew(call, longest, divided)
+
+
+def _divided_anew(call: BoundCall, parameter: Floats, change: Callable[[Meshes, float], Meshes]) -> Shapes:
+    """Shapes whose surfaces consist of other faces, in the same scopes.
+
+    Args:
+        call: the operation, on shapes [N].
+        parameter: [N] a number for each shape.
+        change: makes a mesh in metres, of some faces, from one and the number.
+    """
+    shapes, table = call.shapes, call.workspace.meshes
     rows = np.flatnonzero(~np.isin(shapes.mesh, (EMPTY, FACE, FOOTPRINT)))
     if len(rows) == 0:
         return shapes
-    keys = np.column_stack((shapes.mesh[rows], tolerances[rows], shapes.size[rows]))
+    keys = np.column_stack((shapes.mesh[rows], parameter[rows], shapes.size[rows]))
     _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     chosen = rows[first]
-    unit, size = table.take(shapes.mesh[chosen]), shapes.size[chosen]
-    meshes = scaled(unit, size)
-    results = [
-        cleaned(meshes.take(np.array([number])), kind, float(tolerances[row])) for number, row in enumerate(chosen)
-    ]
-    is_new = [result.num_faces != faces for result, faces in zip(results, np.diff(unit.mesh_faces), strict=True)]
-    corners = np.diff(unit.face_offsets[unit.mesh_faces])
-    is_new = np.array(is_new) | (np.array([len(result.corners) for result in results]) != corners)
-    ids = shapes.mesh[chosen].copy()
-    changed = np.flatnonzero(is_new)
-    if len(changed):
-        inverse_size = np.divide(1.0, size[changed], out=np.zeros_like(size[changed]), where=size[changed] > 0.0)
-        ids[changed] = table.add(scaled(Meshes.concatenate([results[number] for number in changed]), inverse_size))
+    size, ids = shapes.size[chosen], shapes.mesh[chosen].copy()
+    meshes = scaled(table.take(ids), size)
+    results: dict[int, Meshes] = {}
+    for number, row in enumerate(chosen.tolist()):
+        mesh = meshes.take(np.array([number]))
+        result = change(mesh, float(parameter[row]))
+        if _counts(result) != _counts(mesh):
+            results[number] = result
+    if results:
+        changed = np.array(list(results))
+        inverse_size = np.divide(1.0, size[changed], out=np.zeros_like(size[changed]), where=size[changed] != 0.0)
+        ids[changed] = table.add(scaled(Meshes.concatenate(list(results.values())), inverse_size))
     mesh = shapes.mesh.copy()
     mesh[rows] = ids[inverse.ravel()]
     return shapes._replace(mesh=mesh)
 
 
-OPERATIONS: dict[str, Operation] = {"cleanupGeometry": Operation(cleanup_geometry, _COMPONENTS, (2, 2))}
+def _counts(mesh: Meshes) -> tuple[int, int, int]:
+    return mesh.num_faces, len(mesh.corners), len(mesh.points)
+
+
+OPERATIONS: dict[str, Operation] = {
+    "cleanupGeometry": Operation(cleanup_geometry, _COMPONENTS, (2, 2)),
+    "convexify": Operation(convexify, num_arguments=(0, 1)),
+}

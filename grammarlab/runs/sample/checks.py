@@ -12,7 +12,7 @@ from grammarlab.assets.mesh_files import find_asset
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.functions.asset_functions import matching_files
-from grammarlab.derivation.operations import BLOCKS, CHANGE_LOOKS, LEFT_OUT, OPERATIONS
+from grammarlab.derivation.operations import BLOCKS, LEFT_OUT, OPERATIONS
 from grammarlab.errors import AssetError, Finding, LanguageError, MissingAssetError, UnreadableAssetError, UsageError
 from grammarlab.features.accepted_models import annotations_of
 from grammarlab.files import file_hash
@@ -37,7 +37,7 @@ SUPPORTED = SupportedFeatures(
     attributes=frozenset(SHAPE_ATTRIBUTES),
     keywords=frozenset(f"{name}:{word}" for name, words in _KEYWORDS.items() for word in words),
     constructs=frozenset({"array", "comp-function", "connected", "element-wise", "import", "variables"}),
-    harmless=CHANGE_LOOKS
+    harmless=LEFT_OUT
     | frozenset(name for name in attributes() if name.startswith("material.") and name not in _MATERIAL),
 )
 """Features that derivations support."""
