@@ -11,10 +11,13 @@ from grammarlab.learning import interview as rounds_of
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import init
 from grammarlab.preference.liked import MIN_SCORED
+from tests.cases import some
 from tests.evaluation.doubles import LABELLED, POOL, world
 from tests.learning.bits import score_of
 
 BATCH = 16
+QUICK = {"fit": "kde", "query": "density", "warm": True}
+"""A quick learner, for what does not depend on the learner."""
 
 
 def test_a_learner_that_has_seen_every_kind_of_model_is_exact():
@@ -32,22 +35,22 @@ def test_equal_seeds_give_equal_curves_and_other_seeds_others():
 
 def test_what_other_persons_said_before_does_not_matter():
     shared = world()
-    protocol.run(shared, BATCH, 5, 32)
+    protocol.run(shared, BATCH, 5, BATCH)
     assert protocol.run(shared, BATCH, 6, 32)[1] == protocol.run(world(), BATCH, 6, 32)[1]
 
 
 def test_a_curve_for_fewer_labels_is_the_beginning_of_a_longer_one():
-    long = protocol.run(world(2), BATCH, 3, 48)[1]
-    assert protocol.run(world(2), BATCH, 3, 32)[1] == long.until(32)
+    long = protocol.run(world(2, **QUICK), BATCH, 3, 48)[1]
+    assert protocol.run(world(2, **QUICK), BATCH, 3, 32)[1] == long.until(32)
 
 
 def test_the_last_round_is_cut_to_the_labels_that_are_left():
-    _, curve = protocol.run(world(), BATCH, 0, 40)
+    _, curve = protocol.run(world(**QUICK), BATCH, 0, 40)
     assert [point.labels for point in curve.points] == [16, 32, 40]
 
 
 def test_a_run_ends_when_every_model_of_the_pool_has_a_score_for_every_factor():
-    material = world(2)
+    material = world(2, **QUICK)
     state, curve = protocol.run(material, 64, 0, 10_000)
     assert curve.points[-1].labels == 2 * POOL
     assert all(sorted(answers.designs) == list(material.study.pool) for answers in state.answers.values())
@@ -110,17 +113,17 @@ def answers_of(state):
 
 
 def test_an_exact_person_changes_nothing():
-    state, curve = protocol.run(world(), BATCH, 5, 32)
-    exact, same = protocol.run(world().answered_by(EXACT, 5), BATCH, 5, 32)
+    state, curve = protocol.run(world(**QUICK), BATCH, 5, 32)
+    exact, same = protocol.run(world(**QUICK).answered_by(EXACT, 5), BATCH, 5, 32)
     assert same == curve
     assert answers_of(exact).scores.tolist() == answers_of(state).scores.tolist()
 
 
 def test_a_person_with_noise_gives_the_same_scores_again_and_is_measured_against_the_truth():
-    noisy = world().answered_by(RESPONDENTS["sd10"], 5)
+    noisy = world(**QUICK).answered_by(RESPONDENTS["sd10"], 5)
     assert np.array_equal(noisy.scores, world().scores)
     state, curve = protocol.run(noisy, BATCH, 5, 32)
-    again, same = protocol.run(world().answered_by(RESPONDENTS["sd10"], 5), BATCH, 5, 32)
+    again, same = protocol.run(world(**QUICK).answered_by(RESPONDENTS["sd10"], 5), BATCH, 5, 32)
     assert same == curve
     answers = answers_of(state)
     assert answers_of(again).scores.tolist() == answers.scores.tolist()
@@ -191,9 +194,9 @@ def test_models_count_as_liked_whatever_a_person_who_errs_says():
         assert (truth > 0.0).sum() != (asked.scores > 0.0).sum()
 
 
-@pytest.mark.parametrize(("name", "target"), [("changing", [0.0, 1.0]), ("two", [0.5, 0.5])])
+@pytest.mark.parametrize(("name", "target"), some([("changing", [0.0, 1.0]), ("two", [0.5, 0.5])]))
 def test_a_person_of_two_tastes_gives_one_score_and_is_measured_against_what_counts(name, target):
-    material = world(2)
+    material = world(2, **QUICK)
     person = material.answered_by(RESPONDENTS[name], 5)
     assert person.factors == (name,)
     assert np.array_equal(person.scores[:, 0], material.scores @ target)

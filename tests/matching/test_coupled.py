@@ -11,6 +11,7 @@ from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.match import Match, groups
 from grammarlab.matching.plain import compare, match_alone
 from grammarlab.matching.scenes import SceneOptions, rectangles, scene_of_sizes
+from tests.cases import some
 
 FIGURE = np.array([[1.0, 1.5], [1.0, 1.9], [1.3, 1.9], [1.3, 1.5]])
 TEMPLATES = templates_by_name("rectangle,diamond")
@@ -32,7 +33,7 @@ def mislabelled(match: Match) -> int:
     return compare(match, match.elements.truth)["mislabelled"]
 
 
-@pytest.mark.parametrize("noise", [0.0, 4.0])
+@pytest.mark.parametrize("noise", some([0.0, 4.0]))
 def test_rectangles_of_figure_5_2_share_what_they_share_with_noise_of_four_spacings(noise):
     found = couple(figure(noise), TEMPLATES, 0)
     assert mislabelled(found) == 0

@@ -7,6 +7,7 @@ import pytest
 from ortools.sat.python import cp_model
 
 from grammarlab.matching.paper_labelling import Field, energy, label
+from tests.cases import some
 
 
 def _field(elements: int, labels: int, seed: int, cost: float) -> Field:
@@ -45,7 +46,7 @@ def _optimum(field: Field) -> float:
     return solver.objective_value / scale
 
 
-@pytest.mark.parametrize(("elements", "seed"), [(8, 0), (10, 1), (12, 2)])
+@pytest.mark.parametrize(("elements", "seed"), some([(8, 0), (10, 1), (12, 2)]))
 def test_labels_of_few_elements_have_the_least_energy(elements, seed):
     field = _field(elements, 6, seed, cost=0.3)
     assert label(field)[1][-1] == pytest.approx(_optimum(field), abs=1e-4)

@@ -13,6 +13,7 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.runs.sample.trace import as_values, trace_model
 from tests.browser.driver import Server
 from tests.browser.late import deaf
+from tests.cases import some
 
 
 def tile_width(towers):
@@ -30,7 +31,7 @@ def test_buttons_zoom_in_and_out_and_show_all_again(towers):
     assert tile_width(towers) == before
 
 
-@pytest.mark.parametrize(("size", "least"), [((1440, 900), 200), ((1100, 800), 150), ((400, 800), 150)])
+@pytest.mark.parametrize(("size", "least"), some([((1440, 900), 200), ((1100, 800), 150), ((400, 800), 150)]))
 def test_pictures_are_large_enough_to_judge_and_none_is_cut_at_a_side(opened, server, size, least):
     shown = opened(server.address, size=size)
     boxes = [shown.cell(position).bounding_box() for position in range(shown.cells.count())]

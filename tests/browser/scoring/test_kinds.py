@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import Server, settle
+from tests.cases import some
 
 
 @pytest.fixture(scope="module")
@@ -248,7 +249,7 @@ def test_other_pairs_come_when_all_are_answered_and_an_update_learns_from_them(p
     expect(pairs.page.locator(".gl-hint").first).to_contain_text("Score some models")
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("scheme", some(["light", "dark"]))
 def test_two_models_are_read_and_told_apart_in_both_themes(opened, server, scheme):
     towers = opened(server.address, color_scheme=scheme)
     towers.button("Compare").click()

@@ -7,6 +7,8 @@ import math
 import pytest
 from playwright.sync_api import expect
 
+from tests.cases import some
+
 
 class Hand:
     """Fingers on a touch screen."""
@@ -55,7 +57,7 @@ def pinch(page, x, y, before, after, steps=10):
     hand.lift()
 
 
-@pytest.mark.parametrize("steps", [2, 15, 40])
+@pytest.mark.parametrize("steps", some([2, 15, 40]))
 def test_two_fingers_zoom_what_is_between_them(touched, steps):
     tile = touched.cell(5)
     before = tile.bounding_box()

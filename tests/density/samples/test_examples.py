@@ -11,6 +11,7 @@ from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.runs.sample.shipped import shipped_examples
+from tests.cases import some
 from tests.density.samples.test_sampled import STYLE, STYLES, score
 
 
@@ -87,7 +88,7 @@ def test_held_out_examples_are_not_less_likely_than_before(number):
     assert number < 60 or np.mean(gains) > 0.3
 
 
-@pytest.mark.parametrize("source", shipped_examples(), ids=lambda source: source.name)
+@pytest.mark.parametrize("source", some(list(shipped_examples())), ids=lambda source: source.name)
 @pytest.mark.parametrize("number", [1, 12])
 def test_any_examples_of_a_shipped_grammar_give_a_file_that_samples(source, number):
     grammar = Grammar.parse(source.text(), source.name)

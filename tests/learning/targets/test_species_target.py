@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -40,6 +41,7 @@ down_angle_1 = { value = 60.0, range = [20.0, 100.0], unit = "deg" }
 SPACE = SpeciesSpace(parse(TEXT, "seedling"), TEXT)
 
 
+@cache
 def learned_from(
     score: Callable[[dict[str, Floats]], Floats], making: Making | None = None, space: SpeciesSpace = SPACE
 ) -> LearnedDensity[TreeBatch]:
@@ -48,6 +50,7 @@ def learned_from(
     return SpeciesWriter(space).learn(study, state, making or Making(), ["Labels by\n[tree]", "second line"])
 
 
+@cache
 def studied(score: Callable[[dict[str, Floats]], Floats], space: SpeciesSpace) -> tuple[Study[TreeBatch], State]:
     study = Study(space, Pool(1, 480))
     addresses = tuple(study.pool)[::3]

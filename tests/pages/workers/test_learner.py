@@ -22,6 +22,7 @@ from grammarlab.pages.workers.worker_pool import Handler
 from grammarlab.preference.label_files import read_labels, save_labels
 from grammarlab.preference.labels import Kind, Labels
 from grammarlab.runs.sample.domains import opened
+from tests.cases import some
 from tests.pages.scoring.tower import TOWER, kind_of
 
 SEED, SIZE = 3, 150
@@ -66,15 +67,7 @@ def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
 
 @pytest.mark.parametrize(
     "scores",
-    [
-        [0.0],
-        [100.0],
-        [0.0] * 8,
-        [100.0] * 8,
-        [12.5] * 8,
-        [0.0, 100.0] * 4,
-        [1e-9, 0.0],
-    ],
+    some([[0.0], [0.0] * 8, [100.0] * 8, [0.0, 100.0] * 4, [1e-9, 0.0], [100.0], [12.5] * 8]),
     ids=str,
 )
 def test_any_scores_can_be_learned_from(handler: Handler, pool: ModelPool, scores: list[float]):
@@ -208,7 +201,7 @@ def test_a_label_file_teaches_what_the_session_learns_to_the_last_bit(
     assert mean[flat].min() > mean[~flat].max()
 
 
-@pytest.mark.parametrize("kind", ["rather", "tie"])
+@pytest.mark.parametrize("kind", some(["rather", "tie"]))
 def test_comparisons_alone_can_be_learned_from(handler: Handler, pool: ModelPool, kind: Kind):
     pairs = list(zip(pool.names[:16:2], pool.names[1:16:2], strict=True))
     scores = dict(compared(pair, kind) for pair in pairs)

@@ -18,6 +18,7 @@ from grammarlab.runs.city.parcel_reading import read_parcel_table
 from grammarlab.runs.city.rebuild import rebuild
 from grammarlab.runs.city.zone_rules import MadeBuildings, ZoneRules
 from grammarlab.runs.work.executors import Processes
+from tests.cases import some
 from tests.export.cityjson_checks import Feature, features_of, geometry_of, surfaces_of
 from tests.runs.city.plans import boxes, write_map, write_plan
 
@@ -86,7 +87,7 @@ CHANGES: dict[str, Callable[[Path], None]] = {
 }
 
 
-@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize("name", some(list(CHANGES)))
 def test_a_changed_city_is_one_from_nothing(plan: Path, tmp_path: Path, name: str):
     build_city(plan, tmp_path / "city", cityjson=LEVELS)
     before = contents(tmp_path / "city")
@@ -162,7 +163,7 @@ def test_damaged_files_are_made_again(plan: Path, tmp_path: Path, damage: Callab
     assert contents(tmp_path / "city") == whole
 
 
-@pytest.mark.parametrize("damage", [cut, Path.unlink])
+@pytest.mark.parametrize("damage", some([cut, Path.unlink]))
 def test_damaged_tiles_are_made_again(plan: Path, tmp_path: Path, damage: Callable[[Path], None]):
     build_city(plan, tmp_path / "city")
     whole = contents(tmp_path / "city")
