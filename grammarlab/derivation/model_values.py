@@ -98,7 +98,8 @@ def attributes_of_models(workspace: Workspace) -> Mapping[str, Values]:
     columns: dict[str, Values] = {}
     for name in workspace.attributes if workspace.roots.num else ():
         try:
-            value = workspace.attribute(name)
+            with np.errstate(all="ignore"):
+                value = workspace.attribute(name)
         except DerivationError:
             continue
         column = _column(value, workspace.roots.num, workspace.strings)

@@ -13,6 +13,8 @@ from grammarlab.files import read_bounded
 from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.language.importing import RULES, rules_folder
 from grammarlab.runs.sample.domains import CONVERTED, DEFAULT, DOMAINS, SPECIES, domain_of, suffix_of
+from grammarlab.runs.sample.rule_packages import SUFFIX as PACKAGE_SUFFIX
+from grammarlab.runs.sample.rule_packages import open_package
 from grammarlab.toml_text import toml_table, toml_text
 
 SUFFIX = DEFAULT
@@ -148,23 +150,22 @@ def find_rules(argument: str, assets: Path | None = None, library: Path | None =
     """File of a GRAMMAR argument: a path, or the name of a shipped grammar or species.
 
     Args:
-        argument: text of the argument.
+        argument: text of the argument; a rule package is unpacked first.
         assets: the folder of assets; by default that of `assets_folder`.
         library: a folder of further projects that rule files import from.
         style: a style of a rule file.
 
     Raises:
-        UsageError: If there is no such file or example; it names the nearest.
+        UsageError: If there is no such file or example; it names the nearest. If a rule package has no sources.
     """
     for subject, folder in (("assets", assets), ("library", library)):
         if folder is not None and not folder.is_dir():
             raise UsageError(f"{subject} folder {str(folder)!r} is not a folder.")
     path = Path(argument)
-    if path.suffix.lower() == ".rpk" and path.is_file():
-        raise UsageError(
-            f"{path}: a rule package is a 7z archive; unpack it, and name a {SUFFIX} file of its folder rules, "
-            "if its author put the sources in."
-        )
+    if path.suffix.lower() == PACKAGE_SUFFIX and path.is_file():
+        package = open_package(path)
+        assets, library, name = assets or assets_folder(package.rules), library or package.library, path.stem
+        return RuleSource(name, package.rules, assets, shipped=False, library=library, style=style)
     if path.is_file():
         return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False, library=library, style=style)
     examples = {source.name: source for source in (*shipped_examples(), *shipped_species())}
