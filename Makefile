@@ -61,6 +61,7 @@ docs: $(VENV)/.dev
 
 reference: $(VENV)/.dev
 	$(BIN)/python -m docs.gen.reference
+	$(BIN)/python -m docs.gen.editors
 
 # The page is tested in a real browser: Debian's Chromium, put there where that is allowed.
 chromium:
