@@ -6,6 +6,8 @@ A ragged list of N rows is ``values`` of length ``offsets[N]`` and ``offsets`` o
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,13 @@ Flags = NDArray[np.bool_]
 AnyFloats = NDArray[np.floating]
 """Numbers of single or double precision, as pictures are made of."""
 
+_HASH_FACTORS = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
+"""Factors of the finaliser of SplitMix64."""
+_WORD = 8
+"""Bytes of a word that is hashed."""
+_HASH_SHIFTS = np.uint64(30), np.uint64(27)
+_FEW_ROWS = 40
+"""Number of rows up to which a dictionary of their bytes is faster than columns of hashes."""
 _MOST_PLACES = 8
 """Largest ratio of possible to given values for which marking flags is faster than sorting."""
 
@@ -82,6 +91,18 @@ def distinct(values: NDArray[np.integer], limit: int) -> Ints:
     return np.flatnonzero(present)
 
 
+def ranked(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints]:
+    """The different values, ascending, of a column of integers in 0 <= value < limit, and the rank of each value.
+
+    >>> different, rank = ranked(np.array([4, 1, 4]), 6)
+    >>> different.tolist(), rank.tolist()
+    ([1, 4], [1, 0, 1])
+    """
+    present = np.zeros(limit, dtype=bool)
+    present[values] = True
+    return np.flatnonzero(present), (np.cumsum(present) - 1).take(values)
+
+
 def distinct_counts(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints]:
     """The different values, ascending, of a column of integers in 0 <= value < limit, and how often each occurs.
 
@@ -95,6 +116,88 @@ def distinct_counts(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints
     counts = np.bincount(values, minlength=limit)
     different = np.flatnonzero(counts > 0)  # nonzero of flags is twice as fast as of integers
     return different, counts[different]
+
+
+def hashed(values: NDArray) -> NDArray[np.uint64]:
+    """Hashes of the bits of floats or integers, of the same shape; 0.0 and -0.0 differ, and that of 0 is 0."""
+    bits = values.view(np.uint64) if values.dtype.itemsize == _WORD else values.astype(np.uint64)
+    mixed = bits ^ (bits >> _HASH_SHIFTS[0])
+    mixed *= _HASH_FACTORS[0]
+    mixed ^= mixed >> _HASH_SHIFTS[1]
+    mixed *= _HASH_FACTORS[1]
+    return mixed
+
+
+def same_bits(one: NDArray, other: NDArray) -> bool:
+    """Whether two columns of one type are equal to the last bit; every NaN equals every other."""
+    if one.shape != other.shape or one.dtype.kind != "f":
+        return bool(np.array_equal(one, other))
+    is_same = one.view(np.uint64) == other.view(np.uint64)
+    return bool(is_same.all() or (is_same | (np.isnan(one) & np.isnan(other))).all())
+
+
+def distinct_rows(*columns: NDArray) -> tuple[Ints, Ints]:
+    """Different rows of columns, compared to the last bit: index [K] of the first of each, ascending, and number [N].
+
+    Args:
+        columns: [N] or [N, ...] contiguous columns of floats or integers, at least one.
+
+    >>> first, number = distinct_rows(np.array([3, 3, 1, 3]), np.array([0.5, 2.0, 0.5, 0.5]))
+    >>> first.tolist(), number.tolist()
+    ([0, 1, 2], [0, 1, 2, 0])
+    """
+    num = len(columns[0])
+    every = np.arange(num)
+    if num <= 1:
+        return every, every
+    if num <= _FEW_ROWS:
+        return _distinct_keys([tuple(row) for row in zip(*map(_row_bytes, columns), strict=True)])
+    tables = [np.ascontiguousarray(column).reshape(num, -1) for column in columns]
+    key = np.zeros(num, dtype=np.uint64)
+    for table in tables:
+        for values in hashed(table).T:
+            key = hashed(key + values)
+    _, first, number = np.unique(key, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[order] = np.arange(len(first))
+    first, number = first[order], rank[number]
+    leader = first[number]
+    # Two rows with one hash are possible in principle: then all rows count as different.
+    return (first, number) if all(same_bits(table, table[leader]) for table in tables) else (every, every)
+
+
+def _row_bytes(column: NDArray) -> list[bytes]:
+    """[N] the bytes of each row of a column."""
+    content, num = column.tobytes(), len(column)
+    width = len(content) // num
+    return [content[start : start + width] for start in range(0, len(content), width)] if width else [b""] * num
+
+
+def _distinct_keys(keys: Sequence[Hashable]) -> tuple[Ints, Ints]:
+    """Index [K] of the first of each different key, ascending, and the number [N] of each key."""
+    first: dict[Hashable, int] = {}
+    for index, key in enumerate(keys):
+        first.setdefault(key, index)
+    rank = {index: number for number, index in enumerate(first.values())}
+    return np.array(list(rank)), np.array([rank[first[key]] for key in keys])
+
+
+def distinct_lists(values: NDArray, counts: NDArray[np.integer]) -> tuple[Ints, Ints]:
+    """Different rows of a ragged list [V] or [V, ...]: index [K] of the first of each, ascending, and number [N].
+
+    If their lengths are very different, all lists count as different.
+
+    >>> first, number = distinct_lists(np.array([4, 5, 4, 4, 5]), np.array([2, 1, 2]))
+    >>> first.tolist(), number.tolist()
+    ([0, 1], [0, 1, 0])
+    """
+    num, longest = len(counts), int(counts.max(initial=0))
+    if num * longest > _MOST_PLACES * len(values):
+        return np.arange(num), np.arange(num)
+    table = np.zeros((num, longest, *values.shape[1:]), dtype=values.dtype)
+    table[row_of_value(counts), index_in_row(counts)] = values
+    return distinct_rows(counts, table)
 
 
 def connected(num: int, one: Ints, other: Ints) -> Ints:

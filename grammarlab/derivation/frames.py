@@ -100,6 +100,22 @@ class FrameTable:
             result[skew] = self.add(self.rotations(frames[skew]) @ rotations[skew])
         return result
 
+    def rotated_alike(self, frames: Ids, rotations: Floats, number: NDArray[np.int64]) -> Ids:
+        """Frames [N] rotated, in their own axes, each by the rotation [K, 3, 3] of its number [N].
+
+        Equal frames with the same rotation have the same result.
+        """
+        cube = cube_indices(rotations)[number]
+        result = self.turned_each(frames, cube)
+        skew = np.flatnonzero(cube < 0)
+        if len(skew):
+            pairs, inverse = np.unique(
+                frames[skew].astype(np.int64) * len(rotations) + number[skew], return_inverse=True
+            )
+            frame, turn = np.divmod(pairs, len(rotations))
+            result[skew] = self.add(self.rotations(frame.astype(np.int32)) @ rotations[turn])[inverse]
+        return result
+
     def rotated_about(self, frames: Ids, axes: Ids, rotations: Floats) -> Ids:
         """Frames [N] rotated, in the axes of other frames [N], by rotations [3, 3] or [N, 3, 3]."""
         other = np.flatnonzero(frames != axes)

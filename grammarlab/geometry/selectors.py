@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats
 from grammarlab.geometry.components import EAVE, HIP, RIDGE, VALLEY, ComponentMeshes
-from grammarlab.geometry.meshes.vectors import apply
 
 TIE = 1e-6
 """Tolerance for equal components of a unit normal: on the border of two quadrants a normal is in both."""
@@ -42,17 +41,12 @@ SELECTORS: tuple[str, ...] = (
 """All selectors of `select`."""
 
 
-def select(
-    components: ComponentMeshes, selector: str, to_object: Floats | None = None, to_world: Floats | None = None
-) -> Flags:
-    """[K] whether a selector picks each component.
+def select(components: ComponentMeshes, selector: str) -> Flags:
+    """[K] whether a selector picks each component, in the axes of its mesh: prefixes such as ``world`` change nothing.
 
     Args:
         components: result of `faces`, `edges` or `vertices`.
         selector: one of `SELECTORS`.
-        to_object: [M, 3, 3] rotations from the axes of each mesh to those of its initial shape; the same axes when left
-            out. The ``street`` selectors read these too, as CGA does for lots without street widths.
-        to_world: [M, 3, 3] rotations from the axes of each mesh to the world's; the same axes when left out.
 
     Raises:
         KeyError: If the selector does not exist.
@@ -63,9 +57,7 @@ def select(
         return components.is_border if selector == "border" else ~components.is_border
     if selector in _ROOF:
         return components.roof_edge == _ROOF[selector]
-    axes = {"world": to_world, "object": to_object, "street": to_object}.get(selector.partition(".")[0])
-    directions = components.direction if axes is None else apply(axes[components.mesh], components.direction)
-    return classify(directions, selector)
+    return classify(components.direction, selector)
 
 
 def classify(directions: Floats, selector: str) -> Flags:

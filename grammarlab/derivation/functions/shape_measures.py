@@ -6,11 +6,12 @@ Boxes and rectangles are measured by their scopes; other geometry by `grammarlab
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, Ints, distinct_rows
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.street_sides import by_streets, face_sides
 from grammarlab.derivation.state.box_orders import is_box, kinds
@@ -34,6 +35,24 @@ def local_meshes(shapes: Shapes, workspace: Workspace) -> Meshes:
     return scaled(workspace.meshes.take(shapes.mesh), shapes.size)
 
 
+class AlikeMeshes(NamedTuple):
+    """The different geometries of N shapes: all that depends on them alone is measured once for each."""
+
+    meshes: Meshes
+    """[K] in metres along the scopes' axes."""
+    first: Ints
+    """[K] the first shape of each, ascending."""
+    number: Ints
+    """[N] the geometry of each shape."""
+
+
+def alike_meshes(shapes: Shapes, workspace: Workspace, *columns: NDArray) -> AlikeMeshes:
+    """The different geometries of shapes [N]; shapes that differ in other columns [N, ...] count as different."""
+    first, number = distinct_rows(shapes.mesh, shapes.size, *columns)
+    meshes = scaled(workspace.meshes.take(shapes.mesh[first]), shapes.size.take(first, axis=0))
+    return AlikeMeshes(meshes, first, number)
+
+
 def oriented(
     selector: str, normals: Floats, owner: NDArray[np.integer], shapes: Shapes, workspace: Workspace
 ) -> NDArray[np.bool_]:
@@ -55,7 +74,8 @@ def oriented(
 
 
 def _measured(apply: Measure, shapes: Shapes, workspace: Workspace) -> NDArray:
-    return apply(local_meshes(shapes, workspace))
+    meshes, _, number = alike_meshes(shapes, workspace)
+    return apply(meshes)[number]
 
 
 def _by_scope(simple: Callable[[Shapes], Floats], general: Measure) -> Builtin:
@@ -121,7 +141,8 @@ def _within_degrees(general: Callable[[Meshes, float], NDArray[np.bool_]], least
         result = shapes.mesh != EMPTY
         other = np.flatnonzero(shapes.mesh > FACE)
         if len(other):
-            result[other] = general(local_meshes(shapes.take(other), call.workspace), tolerance)
+            meshes, _, number = alike_meshes(shapes.take(other), call.workspace)
+            result[other] = general(meshes, tolerance)[number]
         return result
 
     return Builtin(evaluate, (least, 1))

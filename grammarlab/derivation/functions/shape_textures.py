@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
-from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.functions.shape_measures import alike_meshes
 from grammarlab.derivation.state.corner_maps import coordinates_of, own_maps
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value, kind_of
 from grammarlab.derivation.state.texture_maps import DELETED, NUM_SETS, WORLD, with_maps
@@ -59,13 +59,14 @@ def range_of(shapes: Shapes, uv_set: int, axis: int, workspace: Workspace) -> Ra
         map_rows = workspace.texture_maps.take(ids[rows])[:, axis]
         gradient[rows] = workspace.frames.to_local(shapes.frame[rows], map_rows[:, :3])
         start[rows] = map_rows[:, 3] + dot(map_rows[:, :3], shapes.position[rows])
-    meshes = local_meshes(shapes, workspace)
-    owner = meshes.mesh_of_point()
-    values = dot(meshes.points, gradient[owner]) + start[owner]
-    filled = np.diff(meshes.mesh_points) > 0
-    low = np.where(filled, -max_rows(-values, meshes.mesh_points, -np.inf), 0.0)
-    high = np.where(filled, max_rows(values, meshes.mesh_points, -np.inf), 0.0)
-    return Range(gradient, start, low, high, _metres(meshes, gradient))
+    meshes, first, number = alike_meshes(shapes, workspace, gradient)
+    slopes = gradient[first]
+    values = dot(meshes.points, slopes[meshes.mesh_of_point()])
+    filled = (np.diff(meshes.mesh_points) > 0)[number]
+    # The sums are rounded as the values are ordered: so the smallest value has the smallest sum.
+    low = np.where(filled, start - max_rows(-values, meshes.mesh_points, -np.inf)[number], 0.0)
+    high = np.where(filled, start + max_rows(values, meshes.mesh_points, -np.inf)[number], 0.0)
+    return Range(gradient, start, low, high, _metres(meshes, slopes)[number])
 
 
 def _range_with_corners(shapes: Shapes, ids: Ids, uv_set: int, axis: int, workspace: Workspace) -> Range:
@@ -88,10 +89,10 @@ def _range_with_corners(shapes: Shapes, ids: Ids, uv_set: int, axis: int, worksp
         without = with_maps(shapes.take(others), uv_set, np.where(ids[others] >= 0, ids[others], DELETED))
         for column, values in zip(columns, range_of(without, uv_set, axis, workspace), strict=True):
             column[others] = values
-    meshes = local_meshes(shapes.take(own), workspace)
     rows = workspace.texture_maps.take(ids[own])[:, axis]
-    for column, values in zip(columns, corner_range(meshes, rows, source[own]), strict=True):
-        column[own] = values
+    meshes, first, number = alike_meshes(shapes.take(own), workspace, rows, source[own])
+    for column, values in zip(columns, corner_range(meshes, rows[first], source[own][first]), strict=True):
+        column[own] = values[number]
     return Range(*columns)
 
 

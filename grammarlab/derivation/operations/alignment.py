@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, distinct_rows
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.texture_transfer import carried, with_pivot
 from grammarlab.derivation.frames import cube_indices, euler
-from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.functions.shape_measures import alike_meshes, local_meshes
 from grammarlab.derivation.state.box_orders import is_box
 from grammarlab.derivation.state.mesh_table import add_faces, normalized
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Shapes, as_column
@@ -56,14 +56,14 @@ def reframed(call: BoundCall, turn: Floats) -> Shapes:
         position = shapes.position + frames.to_world(frame, np.minimum(extent, 0.0))
         mesh = table.boxes.turned(shapes.mesh, cubes)
         return shapes._replace(position=position, size=np.abs(extent), frame=frame, mesh=mesh)
-    meshes = local_meshes(shapes, call.workspace)
+    meshes, first, number = alike_meshes(shapes, call.workspace, turn)
+    turn = turn[first]
     points = np.einsum("pji,pj->pi", turn[meshes.mesh_of_point()], meshes.points)
     turned = meshes.with_points(points, turn=turn.swapaxes(1, 2))
     unit, low, size = normalized(turned)
-    mesh = np.where(shapes.mesh == EMPTY, np.int32(EMPTY), add_faces(table, unit))
-    return shapes._replace(
-        position=shapes.position + frames.to_world(frame, low), size=size, frame=frame, mesh=mesh.astype(np.int32)
-    )
+    mesh = np.where(shapes.mesh == EMPTY, np.int32(EMPTY), add_faces(table, unit)[number])
+    position = shapes.position + frames.to_world(frame, low[number])
+    return shapes._replace(position=position, size=size[number], frame=frame, mesh=mesh.astype(np.int32))
 
 
 def repivoted(call: BoundCall, turn: Floats) -> Shapes:
@@ -310,9 +310,11 @@ def _mirrored(call: BoundCall, flips: Sequence[bool]) -> Shapes:
     rows = np.flatnonzero(shapes.mesh > BOX)
     if not any(flips) or len(rows) == 0:
         return shapes
-    meshes = call.workspace.meshes.take(shapes.mesh[rows])
+    extends = shapes.size[rows] != 0.0
+    first, number = distinct_rows(shapes.mesh[rows], extends)
+    meshes = call.workspace.meshes.take(shapes.mesh[rows[first]])
     points = meshes.points.copy()
-    filled = shapes.size[rows][meshes.mesh_of_point()] != 0.0
+    filled = extends[first][meshes.mesh_of_point()]
     for axis, flip in enumerate(flips):
         if flip:
             points[:, axis] = np.where(filled[:, axis], 1.0 - points[:, axis], points[:, axis])
@@ -322,7 +324,7 @@ def _mirrored(call: BoundCall, flips: Sequence[bool]) -> Shapes:
     if sum(flips) % 2:
         mirrored = mirrored.reversed()
     mesh = shapes.mesh.copy()
-    mesh[rows] = add_faces(call.workspace.meshes, mirrored)
+    mesh[rows] = add_faces(call.workspace.meshes, mirrored)[number]
     return shapes._replace(mesh=mesh)
 
 
@@ -339,7 +341,8 @@ def reverse_normals(call: BoundCall) -> Shapes:
         mesh[call.shapes.mesh == kind] = table.named(f"reversed:{kind}", table.take(np.array([kind])).reversed())
     rows = np.flatnonzero((call.shapes.mesh > FACE) | (call.shapes.mesh < 0))
     if len(rows):
-        mesh[rows] = add_faces(table, table.take(call.shapes.mesh[rows]).reversed())
+        different, number = np.unique(mesh[rows], return_inverse=True)
+        mesh[rows] = add_faces(table, table.take(different).reversed())[number]
     return call.shapes._replace(mesh=mesh)
 
 

@@ -14,11 +14,11 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats
+from grammarlab.arrays import Flags, Floats, distinct_lists, offsets_from_counts, ranked, row_of_value, take_rows
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, selected
 from grammarlab.derivation.calls.texture_transfer import with_pivot
 from grammarlab.derivation.frames import CUBE, cube_index
-from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
+from grammarlab.derivation.functions.shape_measures import alike_meshes, local_meshes, oriented
 from grammarlab.derivation.functions.shape_tags import COMPONENT_TAGS
 from grammarlab.derivation.functions.street_sides import (
     STREET_ALIASES,
@@ -36,7 +36,6 @@ from grammarlab.derivation.state.trim_planes import NONE, TRIM, with_trim_ids
 from grammarlab.geometry import components as parts_of
 from grammarlab.geometry.components import connected_faces, face_edges, face_vertices, joined, unaligned, upwards
 from grammarlab.geometry.lot_sides import Sides
-from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.primitives import BOX_ROTATIONS, TOP
 from grammarlab.geometry.meshes.vectors import apply
 from grammarlab.geometry.selectors import SELECTORS, classify, nearest_axis, select
@@ -169,31 +168,38 @@ class _BoxFaces(AbstractComponents):
 
 
 class _MeshComponents(AbstractComponents):
-    """Components of any kind, of any geometry."""
+    """Components of any kind, of any geometry; shapes of equal geometry share theirs."""
 
     def __init__(self, call: BoundCall, shapes: Shapes, kind: str) -> None:
         self._call, self._shapes, self._kind = call, shapes, kind
-        self._meshes: Meshes = local_meshes(shapes, call.workspace)
+        self._meshes, _, self._number = alike_meshes(shapes, call.workspace)
         self._components = _MAKERS[kind](self._meshes)
-        self.row, self.index = self._components.mesh, self._components.index
+        counts = np.bincount(self._components.mesh, minlength=len(self._meshes))
+        self._source, offsets = take_rows(offsets_from_counts(counts), self._number)
+        self.row, self.index = row_of_value(np.diff(offsets)), self._components.index.take(self._source)
 
     def picked(self, selector: str) -> Flags:
         frames, shapes = self._call.workspace.frames, self._shapes
         prefix = selector.partition(".")[0]
-        to_world = frames.rotations(shapes.frame) if prefix == "world" else None
-        to_object = _to_object(self._call, shapes) if prefix in ("object", "street") else None
-        flags = select(self._components, selector, to_object, to_world)
+        if prefix in ("world", "object", "street"):
+            axes = frames.rotations(shapes.frame) if prefix == "world" else _to_object(self._call, shapes)
+            directions = self._components.direction.take(self._source, axis=0)
+            flags = classify(apply(axes.take(self.row, axis=0), directions), selector)
+        else:
+            flags = select(self._components, selector).take(self._source)
         return by_streets(selector, lambda: self._sides, flags, self.row, shapes, self._call.workspace)
 
     def tags(self, part: str) -> Ids:
         table = self._call.workspace.tags
-        return sets_of_components(self._meshes, TagTable() if table is None else table, self._kind, part)
+        sets = sets_of_components(self._meshes, TagTable() if table is None else table, self._kind, part)
+        return sets.take(self._source)
 
     @cached_property
     def _sides(self) -> Sides:
         if self._kind == "f":
-            return face_sides(self._meshes, self._shapes, self._call.workspace)
-        parts, outward = self._components, self._components.direction
+            return face_sides(self._meshes.take(self._number), self._shapes, self._call.workspace)
+        parts = self._components.take(self._source)
+        outward = parts.direction
         if self._kind == "e":
             # An edge at the border of a face that lies flat looks out of the face, not up.
             lies_flat = nearest_axis(apply(_to_object(self._call, self._shapes)[self.row], outward)) == 1
@@ -202,33 +208,61 @@ class _MeshComponents(AbstractComponents):
         return line_sides(lines, self._shapes, self._call.workspace)
 
     def shapes_of(self, chosen: Rows, join: Join, aligned: bool, selector: str = "") -> ComponentShapes:
+        source, row = self._source.take(chosen), self.row.take(chosen)
         if join == "each":
-            components = self._components.take(chosen)
-            return self._placed(
-                upwards(components) if selector in _CLIMBING else components, np.arange(len(chosen)), aligned
-            )
-        if join == "connected":
-            if self._kind != "f":
-                raise self._call.error("comp with =: joins faces only", "use : or = for edges and vertices")
-            faces, sizes = connected_faces(self._meshes, chosen)
-        else:
-            faces, sizes = chosen, np.unique(self.row[chosen], return_counts=True)[1]
-        first = np.searchsorted(chosen, faces[np.cumsum(sizes) - sizes])
-        if self._kind == "f":
-            return self._placed(parts_of.face_sets(self._meshes, faces, sizes), first, aligned)
-        return self._placed(joined(self._components.take(chosen), sizes), first, aligned)
+            used, number = ranked(source, len(self._components))
+            components = self._components.take(used)
+            components = upwards(components) if selector in _CLIMBING else components
+            return self._placed(components, number, row, np.arange(len(chosen)), aligned)
+        rows, counts = np.unique(row, return_counts=True)
+        starts = offsets_from_counts(counts)
+        alike, number = distinct_lists(source, counts)
+        joined_rows, offsets = take_rows(starts, alike)
+        components, first = self._joined(source[joined_rows], np.diff(offsets), join)
+        owner = np.searchsorted(offsets, first, side="right") - 1
+        num_sets = np.bincount(owner, minlength=len(alike))
+        which, of_row = take_rows(offsets_from_counts(num_sets), number)
+        owners = row_of_value(np.diff(of_row))
+        first_chosen = starts[owners] + (first - offsets[owner])[which]
+        return self._placed(components, which, rows[owners], first_chosen, aligned)
 
-    def _placed(self, components: parts_of.ComponentMeshes, first: Rows, aligned: bool) -> ComponentShapes:
+    def _joined(self, source: Rows, sizes: Rows, join: Join) -> tuple[parts_of.ComponentMeshes, Rows]:
+        """Components of lists of components, and the index among all of the first component of each.
+
+        Args:
+            source: components, list after list; those of a list belong to one mesh, ascending.
+            sizes: number of components of each list.
+            join: ``all`` or ``connected``.
+        """
+        if self._kind != "f":
+            if join == "connected":
+                raise self._call.error("comp with =: joins faces only", "use : or = for edges and vertices")
+            return joined(self._components.take(source), sizes), np.cumsum(sizes) - sizes
+        meshes = self._meshes.take(self._components.mesh[source[np.cumsum(sizes) - sizes]])
+        chosen = self._components.index[source] + np.repeat(meshes.mesh_faces[:-1], sizes)
+        faces = chosen
+        if join == "connected":
+            faces, sizes = connected_faces(meshes, chosen)
+        first = np.searchsorted(chosen, faces[np.cumsum(sizes) - sizes])
+        return parts_of.face_sets(meshes, faces, sizes), first
+
+    def _placed(
+        self, components: parts_of.ComponentMeshes, number: Rows, row: Rows, first: Rows, aligned: bool
+    ) -> ComponentShapes:
+        """Components [K] of shapes, each with the geometry of its number [K], as shapes."""
         shapes, workspace = self._shapes, self._call.workspace
+        frames = workspace.frames
         components = components if aligned else unaligned(components)
-        row = components.mesh
-        position = shapes.position[row] + workspace.frames.to_world(shapes.frame[row], components.origin)
-        frame = workspace.frames.rotated(shapes.frame[row], components.rotation)
+        position, frame = shapes.position.take(row, axis=0), shapes.frame.take(row)
         unit, _, _ = normalized(components.shapes)
-        mesh = add_faces(workspace.meshes, unit)
-        corner = shapes.position[row] + workspace.frames.to_world(shapes.frame[row], components.pivot)
         return ComponentShapes(
-            row=row, position=position, size=components.size, frame=frame, mesh=mesh, first=first, pivot=corner
+            row=row,
+            position=position + frames.to_world(frame, components.origin.take(number, axis=0)),
+            size=components.size.take(number, axis=0),
+            frame=frames.rotated_alike(frame, components.rotation, number),
+            mesh=add_faces(workspace.meshes, unit).take(number),
+            first=first,
+            pivot=position + frames.to_world(frame, components.pivot.take(number, axis=0)),
         )
 
 

@@ -40,10 +40,10 @@ def envelope(call: BoundCall) -> Shapes:
     mesh = meshes.mesh_of_face()[meshes.face_of_corner()]
     bases, angles = _limits(call, meshes, mesh)
     heights = call.column(values[0])
-    along = first_normals(shapes, call.workspace)
+    along = first_normals(meshes)
     if "world.up" in call.words:
         along = call.workspace.frames.to_local(shapes.frame, np.broadcast_to([0.0, 1.0, 0.0], (shapes.num, 3)))
-    standing = stood_up(call, _envelopes(meshes, along, heights, bases, angles), along)
+    standing = stood_up(call, _envelopes(meshes, along, heights, bases, angles), along, np.arange(shapes.num))
     kept = inherited(standing, shapes, np.arange(shapes.num), call.workspace)
     return with_automatic_tags(kept, call.workspace, "envelope", _kinds, _TAGS)
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.frames import cube_index
-from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.functions.shape_measures import alike_meshes
 from grammarlab.derivation.state.box_orders import PRISM, SUNK_PRISM
 from grammarlab.derivation.state.face_tags import with_automatic_tags
 from grammarlab.derivation.state.mesh_table import replaced, turned_over
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Ids, Shapes
-from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.meshes import extrude as solids
 from grammarlab.geometry.meshes.measure import face_normals
 from grammarlab.geometry.meshes.mesh import BOTTOM, INNER_WALL, OUTER_WALL, TOP, Meshes
@@ -106,11 +105,15 @@ def _prisms(heights: Floats) -> Ids:
 
 def _general(call: BoundCall, shapes: Shapes, heights: Floats, direction: str) -> Shapes:
     """Any geometry: the solid is a mesh, and the scope is rotated so that y runs along the direction."""
-    meshes = local_meshes(shapes, call.workspace)
+    given = _given_directions(call, shapes, direction)
+    columns = (heights,) if given is None else (heights, given)
+    meshes, first, number = alike_meshes(shapes, call.workspace, *columns)
     edges = solids.are_edges(meshes)
     if edges.any() and not edges.all():
-        return _one_by_one(call, heights, (edges,))
-    along, roles = _directions(call, shapes, direction), call.workspace.tags is not None
+        return _one_by_one(call, heights, (edges[number],))
+    heights = heights[first]
+    along = first_normals(meshes) if given is None else given[first]
+    roles = call.workspace.tags is not None
     if edges.any():
         # An edge moves along the normal of its face, or the mean one of its faces: its z axis.
         along = np.broadcast_to([0.0, 0.0, 1.0], along.shape) if direction in _NORMALS else along
@@ -121,7 +124,7 @@ def _general(call: BoundCall, shapes: Shapes, heights: Floats, direction: str) -
         solid = solids.extrude_to_level(meshes, heights, along, roles)
     else:
         solid = solids.extrude(meshes, heights, None if direction == "face.normal" else along, roles)
-    return stood_up(call, solid, along)
+    return stood_up(call, solid, along, number)
 
 
 def _with_tags(call: BoundCall, solid: Shapes) -> Shapes:
@@ -129,33 +132,34 @@ def _with_tags(call: BoundCall, solid: Shapes) -> Shapes:
     return with_automatic_tags(solid, call.workspace, "extrude", lambda meshes: meshes.roles, _TAGS)
 
 
-def stood_up(call: BoundCall, solid: Meshes, along: Floats) -> Shapes:
+def stood_up(call: BoundCall, solid: Meshes, along: Floats, number: Ints) -> Shapes:
     """Shapes with other geometry and a scope whose y axis runs along a direction.
 
     Args:
         call: the operation, on shapes [N].
-        solid: [N] the geometry in metres, in the axes of the old scopes and from their origins.
-        along: [N, 3] unit vectors in the axes of the old scopes.
+        solid: [K] the different geometries in metres, in the axes of the old scopes and from their origins.
+        along: [K, 3] unit vectors in the axes of the old scopes.
+        number: [N] the geometry of each shape.
     """
     shapes, frames, table = call.shapes, call.workspace.frames, call.workspace.meshes
     rotation = _standing_on(along)
     points = np.einsum("pji,pj->pi", rotation[solid.mesh_of_point()], solid.points)
     turned = solid.with_points(points, turn=rotation.swapaxes(1, 2))
-    return replaced(shapes._replace(frame=frames.rotated(shapes.frame, rotation)), turned, table, frames)
+    standing = shapes._replace(frame=frames.rotated_alike(shapes.frame, rotation, number))
+    return replaced(standing, turned, number, table, frames)
 
 
-def _directions(call: BoundCall, shapes: Shapes, direction: str) -> Floats:
-    """[N, 3] unit vectors in scope axes: the given direction, or the normal of the first face."""
-    if direction in _ALONG:
-        axis = np.broadcast_to(np.eye(3)[_ALONG[direction]], (shapes.num, 3))
-        return call.workspace.frames.to_local(shapes.frame, axis) if direction.startswith("world") else axis
-    return first_normals(shapes, call.workspace)
+def _given_directions(call: BoundCall, shapes: Shapes, direction: str) -> Floats | None:
+    """[N, 3] a direction as unit vectors in scope axes; None for those of the geometry."""
+    if direction not in _ALONG:
+        return None
+    axis = np.broadcast_to(np.eye(3)[_ALONG[direction]], (shapes.num, 3))
+    return call.workspace.frames.to_local(shapes.frame, axis) if direction.startswith("world") else axis
 
 
-def first_normals(shapes: Shapes, workspace: Workspace) -> Floats:
-    """[N, 3] unit normals of the first faces in scope axes; up if there is no face."""
-    meshes = local_meshes(shapes, workspace)
-    first = np.zeros((shapes.num, 3))
+def first_normals(meshes: Meshes) -> Floats:
+    """[M, 3] unit normals of the first faces of meshes; up if there is no face."""
+    first = np.zeros((len(meshes), 3))
     filled = np.diff(meshes.mesh_faces) > 0
     first[filled] = face_normals(meshes)[meshes.mesh_faces[:-1][filled]]
     first[~first.any(axis=1)] = [0.0, 1.0, 0.0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts, take_rows
 from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, BoundPart, Head, Operation, selected
-from grammarlab.derivation.functions.shape_measures import local_meshes, oriented
+from grammarlab.derivation.functions.shape_measures import AlikeMeshes, alike_meshes, local_meshes, oriented
 from grammarlab.derivation.functions.street_sides import (
     STREET_ALIASES,
     EdgeMoves,
@@ -54,10 +54,13 @@ def offset(call: BoundCall) -> Shapes:
 
     keep = cast("Literal['all', 'inside', 'border']", call.words[0] if call.words else "all")
     distance = call.column(call.values[0])
-    before = local_meshes(call.shapes, call.workspace)
-    meshes = outlines.offset(before, distance, keep)
-    moved = EdgeMoves(before, -distance[before.mesh_of_face()[before.face_of_corner()]])
-    return _replaced(call, meshes, moved)
+    before = alike_meshes(call.shapes, call.workspace, distance)
+    meshes = outlines.offset(before.meshes, distance[before.first], keep)
+
+    def moves(whole: Meshes) -> EdgeMoves:
+        return EdgeMoves(whole, -distance[whole.mesh_of_corner()])
+
+    return _replaced(call, before, meshes, moves)
 
 
 def setback(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
@@ -124,8 +127,12 @@ def inner_rect(call: BoundCall) -> Shapes:
     """``innerRect()``: every face replaced by the largest rectangle inside it."""
     from grammarlab.geometry.outlines import inner_rectangle as rectangles  # noqa: PLC0415
 
-    before = local_meshes(call.shapes, call.workspace)
-    return _replaced(call, rectangles.inner_rect(before), EdgeMoves(before, np.zeros(len(before.corners)), True))
+    before = alike_meshes(call.shapes, call.workspace)
+
+    def moves(whole: Meshes) -> EdgeMoves:
+        return EdgeMoves(whole, np.zeros(len(whole.corners)), by_direction=True)
+
+    return _replaced(call, before, rectangles.inner_rect(before.meshes), moves)
 
 
 def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
@@ -220,12 +227,23 @@ def _wings(name: Literal["shapeL", "shapeO", "shapeU"]) -> BlockOperation:
     return BlockOperation(divide, frozenset(), (count, count), _PARTS)
 
 
-def _replaced(call: BoundCall, meshes: Meshes, moved: EdgeMoves) -> Shapes:
-    """The shapes with other geometry [N], which is in their axes."""
-    result = replaced(call.shapes, meshes, call.workspace.meshes, call.workspace.frames)
-    rows = np.arange(call.shapes.num)
-    result = inherited(result, call.shapes, rows, call.workspace)
-    return with_moved_edges(result, meshes, rows, call.shapes, moved, call.workspace)
+def _replaced(call: BoundCall, before: AlikeMeshes, meshes: Meshes, moves: Callable[[Meshes], EdgeMoves]) -> Shapes:
+    """The shapes [N] with other geometry.
+
+    Args:
+        call: the operation.
+        before: their geometry.
+        meshes: [K] the new geometry of each of the old ones, in the axes of the shapes.
+        moves: how edges of geometry [N] moved.
+    """
+    shapes, workspace, number = call.shapes, call.workspace, before.number
+    result = replaced(shapes, meshes, number, workspace.meshes, workspace.frames)
+    rows = np.arange(shapes.num)
+    result = inherited(result, shapes, rows, workspace)
+    if workspace.streets is None:
+        return result
+    moved = moves(before.meshes.take(number))
+    return with_moved_edges(result, meshes.take(number), rows, shapes, moved, workspace)
 
 
 def parts_of(

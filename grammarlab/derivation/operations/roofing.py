@@ -6,13 +6,14 @@ first face, as after ``extrude``. The geometry is imported by the first roof, si
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Callable
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, OperationFunction
-from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.functions.shape_measures import alike_meshes
 from grammarlab.derivation.operations.alignment import where
 from grammarlab.derivation.operations.extrusion import first_normals, stood_up
 from grammarlab.derivation.state.face_tags import inherited, with_automatic_tags
@@ -25,18 +26,21 @@ _WORDS = frozenset({"byAngle", "byHeight"})
 _LEVEL = 1e-9
 """Largest height of the unit normal of a wall: a tolerance."""
 
+Roof: TypeAlias = "Callable[[BoundCall, Meshes], Meshes]"
+"""The roofs of an operation on shapes [N] over their geometry [N]."""
 
-def roof_hip(call: BoundCall) -> Shapes:
+
+def roof_hip(call: BoundCall, faces: Meshes) -> Meshes:
     """``roofHip([byAngle|byHeight,] value, overhang, even)``."""
     from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
 
     value, *rest = call.values
     overhang = call.column(rest[0]) if rest else 0.0
     even = _flag(call, rest[1]) if len(rest) > 1 else False
-    return _roofed(call, roofs.roof_hip(_faces(call), call.column(value), _by(call), overhang, even))
+    return roofs.roof_hip(faces, call.column(value), _by(call), overhang, even)
 
 
-def roof_gable(call: BoundCall) -> Shapes:
+def roof_gable(call: BoundCall, faces: Meshes) -> Meshes:
     """``roofGable([byAngle|byHeight,] value, overhangX, overhangY, even, index)``."""
     from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
 
@@ -44,32 +48,38 @@ def roof_gable(call: BoundCall) -> Shapes:
     overhangs = [call.column(argument) for argument in rest[:2]] + [0.0] * (2 - len(rest[:2]))
     even = _flag(call, rest[2]) if len(rest) > 2 else False
     index = _index(call, rest[3]) if len(rest) > 3 else None
-    return _roofed(
-        call, roofs.roof_gable(_faces(call), call.column(value), _by(call), *overhangs, even=even, index=index)
-    )
+    return roofs.roof_gable(faces, call.column(value), _by(call), *overhangs, even=even, index=index)
 
 
-def roof_pyramid(call: BoundCall) -> Shapes:
+def roof_pyramid(call: BoundCall, faces: Meshes) -> Meshes:
     """``roofPyramid([byAngle|byHeight,] value)``."""
     from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
 
-    return _roofed(call, roofs.roof_pyramid(_faces(call), call.column(call.values[0]), _by(call)))
+    return roofs.roof_pyramid(faces, call.column(call.values[0]), _by(call))
 
 
-def roof_shed(call: BoundCall) -> Shapes:
+def roof_shed(call: BoundCall, faces: Meshes) -> Meshes:
     """``roofShed([byAngle|byHeight,] value, index)``."""
     from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
 
     value, *rest = call.values
     index = _index(call, rest[0]) if rest else 0
-    return _roofed(call, roofs.roof_shed(_faces(call), call.column(value), _by(call), index))
+    return roofs.roof_shed(faces, call.column(value), _by(call), index)
 
 
-def roof_ridge(call: BoundCall) -> Shapes:
+def roof_ridge(call: BoundCall, faces: Meshes) -> Meshes:
     """``roofRidge([byAngle|byHeight,] value)``."""
     from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
 
-    return _roofed(call, roofs.roof_ridge(_faces(call), call.column(call.values[0]), _by(call)))
+    return roofs.roof_ridge(faces, call.column(call.values[0]), _by(call))
+
+
+def _pyramid(call: BoundCall, faces: Meshes) -> Meshes:
+    from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
+
+    heights = call.column(call.values[0])
+    # Over a face seen from behind, the pyramid points the opposite way.
+    return roofs.taper(faces.reversed(heights[faces.mesh_of_face()] < 0.0), np.abs(heights))
 
 
 def taper(call: BoundCall) -> Shapes:
@@ -77,20 +87,26 @@ def taper(call: BoundCall) -> Shapes:
 
     A negative height makes ``scope.sy`` negative and the pyramid point the opposite way; all faces point outwards.
     """
-    from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
-
-    heights, shapes, workspace = call.column(call.values[0]), call.shapes, call.workspace
-    below = heights < 0.0
-    faces = _faces(call)
-    owner = faces.mesh_of_face()
-    # Over a face seen from behind, the pyramid points the opposite way.
-    solid = roofs.taper(faces.reversed(below[owner]), np.abs(heights))
-    standing = with_roof_tags(call, stood_up(call, solid, first_normals(shapes, workspace)), "taper", "side")
+    standing = with_roof_tags(call, _standing(call, _pyramid), "taper", "side")
+    below, workspace = call.column(call.values[0]) < 0.0, call.workspace
     return turned_over(standing, below, workspace.meshes, workspace.frames) if below.any() else standing
 
 
-def _faces(call: BoundCall) -> Meshes:
-    return local_meshes(call.shapes, call.workspace)
+def _standing(call: BoundCall, roof: Roof) -> Shapes:
+    """Shapes with roofs over their faces, one for all shapes that are alike."""
+    columns = [argument.value for argument in call.arguments if isinstance(argument.value, np.ndarray)]
+    faces, first, number = alike_meshes(call.shapes, call.workspace, *columns)
+    return stood_up(call, roof(call.rows(first), faces), first_normals(faces), number)
+
+
+def _roofed(roof: Roof) -> OperationFunction:
+    """The operation that makes roofs over the faces of shapes."""
+
+    def apply(call: BoundCall) -> Shapes:
+        walls = "side.outer" if call.name in ("roofRidge", "roofShed") else "side"
+        return with_roof_tags(call, _standing(call, roof), "roof", "top", walls)
+
+    return apply
 
 
 def _by(call: BoundCall) -> Literal["angle", "height"]:
@@ -125,12 +141,6 @@ def _index(call: BoundCall, argument: Argument) -> NDArray[np.int64]:
     return np.rint(call.column(argument)).astype(np.int64)
 
 
-def _roofed(call: BoundCall, roof: Meshes) -> Shapes:
-    standing = stood_up(call, roof, first_normals(call.shapes, call.workspace))
-    walls = "side.outer" if call.name in ("roofRidge", "roofShed") else "side"
-    return with_roof_tags(call, standing, "roof", "top", walls)
-
-
 def with_roof_tags(call: BoundCall, roofs: Shapes, base: str, slope: str, wall: str = "") -> Shapes:
     """Roofs that keep the tags of what they stand on, with tags for their undersides, slopes and walls.
 
@@ -153,10 +163,10 @@ def _slopes(meshes: Meshes) -> NDArray[np.int64]:
 
 
 OPERATIONS: dict[str, Operation] = {
-    "roofGable": Operation(_by_flag(roof_gable, 3), _WORDS, (1, 6)),
-    "roofHip": Operation(_by_flag(roof_hip, 2), _WORDS, (1, 4)),
-    "roofPyramid": Operation(roof_pyramid, _WORDS, (1, 2)),
-    "roofRidge": Operation(roof_ridge, _WORDS, (1, 2)),
-    "roofShed": Operation(roof_shed, _WORDS, (1, 3)),
+    "roofGable": Operation(_by_flag(_roofed(roof_gable), 3), _WORDS, (1, 6)),
+    "roofHip": Operation(_by_flag(_roofed(roof_hip), 2), _WORDS, (1, 4)),
+    "roofPyramid": Operation(_roofed(roof_pyramid), _WORDS, (1, 2)),
+    "roofRidge": Operation(_roofed(roof_ridge), _WORDS, (1, 2)),
+    "roofShed": Operation(_roofed(roof_shed), _WORDS, (1, 3)),
     "taper": Operation(taper, num_arguments=(1, 1)),
 }

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, distinct_rows
 from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, BoundPart, Head
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.functions.shape_textures import SPACES, UV_AXES, Range, range_of, uv_set_of
@@ -24,7 +24,7 @@ from grammarlab.derivation.split_sizes import (
 )
 from grammarlab.derivation.state.box_orders import kinds
 from grammarlab.derivation.state.corner_maps import own_maps, without_face_maps
-from grammarlab.derivation.state.mesh_table import add_faces, normalized, upright
+from grammarlab.derivation.state.mesh_table import add_faces, normalized, scaled, upright
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes, take_value
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
@@ -376,23 +376,25 @@ def _clipped(
     """Positions, sizes and meshes, with the pieces ``general`` replaced by their clipped geometry."""
     if len(general) == 0:
         return position, size, mesh
-    sources, source = np.unique(piece.row[general], return_inverse=True)
-    start = piece.start[general]
-    whole = local_meshes(call.shapes.take(sources), call.workspace)
     from grammarlab.geometry.meshes.clip import slabs  # noqa: PLC0415  # boxes and rectangles need no cuts
 
-    cut = slabs(whole, source, axis, start, start + piece.extent[general])
-    unit, low, extent = normalized(cut)
+    rows, start, length = piece.row[general], piece.start[general], piece.extent[general]
+    whole = call.shapes.mesh[rows], call.shapes.size[rows]
+    first, number = distinct_rows(*whole, start, length)
+    wholes, source = distinct_rows(*(column[first] for column in whole))
+    meshes = scaled(call.workspace.meshes.take(whole[0][first][wholes]), whole[1][first][wholes])
+    start = start[first]
+    unit, low, extent = normalized(slabs(meshes, source, axis, start, start + length[first]))
     position, size, mesh = position.copy(), size.copy(), mesh.copy()
     low[:, axis] -= start
     if "noAdjust" in call.words:
-        box = size[general]
+        box = size[general[first]]
         counts = np.diff(unit.mesh_points)
         shift, scale = low / np.where(box > 0.0, box, 1.0), extent / np.where(box > 0.0, box, 1.0)
         points = unit.points * np.repeat(scale, counts, axis=0) + np.repeat(shift, counts, axis=0)
-        mesh[general] = call.workspace.meshes.add(unit.with_points(points))
+        mesh[general] = call.workspace.meshes.add(unit.with_points(points))[number]
     else:
-        mesh[general] = call.workspace.meshes.add(unit)
-        position[general] += call.workspace.frames.to_world(frame[general], low)
-        size[general] = extent
+        mesh[general] = call.workspace.meshes.add(unit)[number]
+        position[general] += call.workspace.frames.to_world(frame[general], low[number])
+        size[general] = extent[number]
     return position, size, mesh

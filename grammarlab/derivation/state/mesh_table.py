@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, Ints
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.box_orders import BoxOrders
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Ids, Shapes
@@ -19,17 +21,23 @@ _FACE = Meshes.single(_FACE_POINTS, [[0, 1, 2, 3]])
 
 _UP = np.array([0.0, 1.0, 0.0])
 
+_MOST_SMALL_BATCHES = 32
+"""Number of batches up to which none are joined."""
 _ROUNDING = 1e-9
 """Tolerance of the corners of a rectangle, as a share of the scope's size."""
 
 
 class MeshTable:
-    """Meshes in the order they were made; the first four are `EMPTY`, `BOX`, `FOOTPRINT` and `FACE`."""
+    """Meshes in the order they were made; the first four are `EMPTY`, `BOX`, `FOOTPRINT` and `FACE`.
+
+    A mesh that equals one that was added before to the last bit is that mesh: so shapes of equal geometry share one id.
+    """
 
     def __init__(self) -> None:
-        self._batches = [Meshes.concatenate([_NOTHING, box(), quad(), _FACE])]
+        self._batches = [_predefined()]
         self._starts = [0]
         self._used = 4
+        self._by_fingerprint: dict[int, int] = {}
         self._named: dict[str, int] = {}
         self._mirrored: dict[tuple[int, int], int] = {}
         self.has_data = False
@@ -41,19 +49,52 @@ class MeshTable:
         return self._used
 
     def add(self, meshes: Meshes) -> Ids:
-        """Ids [N] of new meshes whose points lie in the unit cube; a mesh without faces is `EMPTY`."""
+        """Ids [N] of meshes whose points lie in the unit cube; a mesh without faces is `EMPTY`."""
+        ids = np.full(len(meshes), EMPTY, dtype=np.int32)
+        rows = np.flatnonzero(np.diff(meshes.mesh_faces) > 0)
+        if len(rows):
+            ids[rows] = self._interned(meshes if len(rows) == len(meshes) else meshes.take(rows))
+        return ids
+
+    def _interned(self, meshes: Meshes) -> Ids:
+        """Ids [N] of meshes with faces: those of equal meshes, or new ones."""
+        keys, first, number = np.unique(meshes.fingerprints(), return_index=True, return_inverse=True)
+        stored = np.array([self._by_fingerprint.get(key, -1) for key in keys.tolist()], dtype=np.int32)
+        if not self._are_equal(meshes, first, number, stored):
+            # Two meshes with one fingerprint are possible in principle: then none counts as equal to another.
+            return self._appended(meshes)
+        new = np.flatnonzero(stored < 0)
+        if len(new):
+            new = new[np.argsort(first[new])]
+            stored[new] = self._appended(meshes if len(new) == len(meshes) else meshes.take(first[new]))
+            self._by_fingerprint.update(zip(keys[new].tolist(), stored[new].tolist(), strict=True))
+        return stored[number]
+
+    def _are_equal(self, meshes: Meshes, first: Ints, number: Ints, stored: Ids) -> bool:
+        """Whether meshes [N] with one fingerprint [K] equal the first of them, and the stored mesh of it."""
+        if len(first) < len(meshes) and not meshes.same_as(meshes.take(first[number])):
+            return False
+        known = np.flatnonzero(stored >= 0)
+        return not len(known) or meshes.take(first[known]).same_as(self.take(stored[known]))
+
+    def _appended(self, meshes: Meshes) -> Ids:
+        """New ids [N] of meshes."""
         ids = np.arange(self._used, self._used + len(meshes), dtype=np.int32)
-        self._batches.append(meshes)
         self.has_data |= meshes.data is not None
-        self._starts.append(self._used)
         self._used += len(meshes)
-        return np.where(np.diff(meshes.mesh_faces) > 0, ids, np.int32(EMPTY))
+        start = int(ids[0])
+        # Batches are joined as digits are carried: so there are few of them, and few meshes are copied often.
+        while len(self._batches) > _MOST_SMALL_BATCHES and len(self._batches[-1].points) <= len(meshes.points):
+            meshes, start = Meshes.concatenate([self._batches.pop(), meshes]), self._starts.pop()
+        self._batches.append(meshes)
+        self._starts.append(start)
+        return ids
 
     def named(self, name: str, mesh: Meshes) -> int:
-        """The id of one shared mesh in the unit cube, added when the name is new."""
+        """The id of one shared mesh in the unit cube, added when the name is new, whatever other meshes equal it."""
         index = self._named.get(name)
         if index is None:
-            index = self._named[name] = int(self.add(mesh)[0])
+            index = self._named[name] = int(self._appended(mesh)[0])
         return index
 
     def mirrored(self, ids: NDArray[np.integer], axis: int) -> Ids:
@@ -63,14 +104,16 @@ class MeshTable:
         geometry. Mirroring twice gives the original mesh.
         """
         different, inverse = np.unique(ids, return_inverse=True)
-        for mesh in different.tolist():
-            if (axis, mesh) not in self._mirrored:
-                unit = self.take(np.array([mesh]))
-                points = unit.points.copy()
-                points[:, axis] = 1.0 - points[:, axis]
-                signs = np.where(np.arange(3) == axis, -1.0, 1.0)[None]
-                turned = int(self.add(unit.with_points(points, stretch=signs))[0])
-                self._mirrored[axis, mesh], self._mirrored[axis, turned] = turned, mesh
+        new = np.array([mesh for mesh in different.tolist() if (axis, mesh) not in self._mirrored], dtype=np.int32)
+        if len(new):
+            unit = self.take(new)
+            points = unit.points.copy()
+            points[:, axis] = 1.0 - points[:, axis]
+            signs = np.broadcast_to(np.where(np.arange(3) == axis, -1.0, 1.0), (len(new), 3))
+            turned = self.add(unit.with_points(points, stretch=signs)).tolist()
+            for mesh, mirror in zip(new.tolist(), turned, strict=True):
+                self._mirrored[axis, mesh] = mirror
+                self._mirrored.setdefault((axis, mirror), mesh)
         return np.array([self._mirrored[axis, mesh] for mesh in different.tolist()], dtype=np.int32)[inverse]
 
     def take(self, ids: NDArray[np.integer]) -> Meshes:
@@ -108,6 +151,12 @@ class MeshTable:
 
     def _from_batch(self, batch: int, ids: NDArray[np.integer]) -> Meshes:
         return self._batches[batch].take(ids - self._starts[batch])
+
+
+@cache
+def _predefined() -> Meshes:
+    """The meshes that every table begins with."""
+    return Meshes.concatenate([_NOTHING, box(), quad(), _FACE])
 
 
 def scaled(meshes: Meshes, size: Floats) -> Meshes:
@@ -156,27 +205,29 @@ def right_handed(shapes: Shapes, table: MeshTable, frames: FrameTable) -> Shapes
     position, frame, mesh = shapes.position.copy(), shapes.frame.copy(), shapes.mesh.copy()
     position[rows] += frames.axis(frame[rows], 0) * shapes.size[rows, :1]
     frame[rows] = frames.rotated(frame[rows], np.diag([-1.0, 1.0, 1.0]))
-    meshes = table.take(mesh[rows])
+    different, number = np.unique(mesh[rows], return_inverse=True)
+    meshes = table.take(different)
     points = meshes.points.copy()
     points[:, 0] = 1.0 - points[:, 0]
     # Reversed faces get reversed normals, but a mirrored normal still points outwards.
     mirrored = meshes.with_points(points, stretch=np.broadcast_to([1.0, -1.0, -1.0], (len(meshes), 3)))
-    mesh[rows] = table.add(mirrored.reversed())
+    mesh[rows] = table.add(mirrored.reversed())[number]
     return shapes.rescoped(position, shapes.size, frame, mesh)
 
 
-def replaced(shapes: Shapes, meshes: Meshes, table: MeshTable, frames: FrameTable) -> Shapes:
+def replaced(shapes: Shapes, meshes: Meshes, number: NDArray[np.int64], table: MeshTable, frames: FrameTable) -> Shapes:
     """Shapes with other geometry, their scopes fitted to it.
 
     Args:
         shapes: [N] the shapes.
-        meshes: [N] their new geometry, in metres along their scopes' axes from their scopes' origins.
+        meshes: [K] their different new geometries, in metres along their scopes' axes from their scopes' origins.
+        number: [N] the new geometry of each shape.
         table: the table of meshes.
         frames: the table of orientations.
     """
     unit, low, size = normalized(meshes)
-    position = shapes.position + frames.to_world(shapes.frame, low)
-    return shapes._replace(position=position, size=size, mesh=table.add(unit))
+    position = shapes.position + frames.to_world(shapes.frame, low.take(number, axis=0))
+    return shapes._replace(position=position, size=size.take(number, axis=0), mesh=table.add(unit).take(number))
 
 
 def add_faces(table: MeshTable, meshes: Meshes) -> Ids:

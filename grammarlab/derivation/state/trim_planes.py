@@ -14,7 +14,15 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats
+from grammarlab.arrays import (
+    Flags,
+    Floats,
+    distinct_lists,
+    distinct_rows,
+    offsets_from_counts,
+    row_of_value,
+    take_rows,
+)
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.box_orders import is_box
 from grammarlab.derivation.state.mesh_table import MeshTable, normalized, scaled
@@ -170,16 +178,18 @@ def trim(shapes: Shapes, planes: TrimPlanes, meshes: MeshTable, frames: FrameTab
     cuts = np.flatnonzero(applies & (farthest > slack))
     if len(cuts) == 0:
         return shapes
-    used, owner = np.unique(row[cuts], return_inverse=True)
+    used, counts = np.unique(row[cuts], return_counts=True)
     chosen = shapes.take(used)
-    rotations = frames.rotations(chosen.frame)
-    owner = owner.ravel()
-    normal = np.einsum("pkj,pk->pj", rotations[owner], shared.normal[cuts])
-    local = trimmed(scaled(meshes.take(chosen.mesh), chosen.size), owner, normal, -reach[cuts])
-    unit, low, size = normalized(local)
+    rotations = frames.rotations(chosen.frame).repeat(counts, axis=0)
+    normal = np.einsum("pkj,pk->pj", rotations, shared.normal[cuts])
+    _, kind = distinct_lists(np.column_stack((normal, -reach[cuts])), counts)
+    first, number = distinct_rows(chosen.mesh, chosen.size, kind)
+    plane, offsets = take_rows(offsets_from_counts(counts), first)
+    whole = scaled(meshes.take(chosen.mesh[first]), chosen.size[first])
+    unit, low, size = normalized(trimmed(whole, row_of_value(np.diff(offsets)), normal[plane], -reach[cuts[plane]]))
     position, sizes, mesh = shapes.position.copy(), shapes.size.copy(), shapes.mesh.copy()
-    position[used] = chosen.position + frames.to_world(chosen.frame, low)
-    sizes[used], mesh[used] = size, meshes.add(unit)
+    position[used] = chosen.position + frames.to_world(chosen.frame, low[number])
+    sizes[used], mesh[used] = size[number], meshes.add(unit)[number]
     return shapes.rescoped(position, sizes, shapes.frame, mesh)
 
 

@@ -16,7 +16,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, index_in_row, offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import Floats, hashed, index_in_row, offsets_from_counts, row_of_value, same_bits, take_rows
 from grammarlab.geometry.meshes.corner_data import CornerData, join_data
 from grammarlab.geometry.meshes.ragged import next_in_row, sum_rows
 
@@ -25,6 +25,9 @@ Indices = NDArray[np.int64]
 UNTAGGED, INSIDE, BORDER, BOTTOM, TOP, OUTER_WALL, INNER_WALL, NUM_ROLES = range(8)
 """Roles of faces, and their number: those that ``offset`` gives, for the selectors ``inside`` and ``border`` of
 ``comp``, and those of the faces of a solid, where they are asked for."""
+
+_STRIDE = 64
+"""Distance of the positions of consecutive rows in a hash: at least the number of columns of most tables."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +170,31 @@ class Meshes:
     def with_data(self, data: CornerData | None) -> Meshes:
         """The same faces with other values of corners."""
         return replace(self, data=data)
+
+    def fingerprints(self) -> NDArray[np.uint64]:
+        """[M] hashes of meshes with faces: equal for meshes that are the same (`same_as`), seldom for others."""
+        corners = self.face_offsets[self.mesh_faces]
+        number, tags = index_in_row(np.diff(self.mesh_faces)).view(np.uint64), self.tags.astype(np.uint64)
+        faces = hashed(hashed(number + np.uint64(1)) + tags)
+        if self.data is not None:
+            faces = np.where(self.data.slots == 0, faces, hashed(faces + self.data.slots.astype(np.uint64)))
+        total = hashed(_row_hashes(self.points, self.mesh_points))
+        total += _row_hashes((self.corners.view(np.uint64) + faces[self.face_of_corner()])[:, None], corners)
+        return total if self.data is None else total + _row_hashes(self.data.values, corners)
+
+    def same_as(self, other: Meshes) -> bool:
+        """Whether the meshes equal those of another batch to the last bit, in the same order.
+
+        Missing values of corners equal no values, and material 0 equals no material.
+        """
+        columns = ("points", "corners", "face_offsets", "mesh_faces", "mesh_points", "tags")
+        if not all(same_bits(getattr(self, name), getattr(other, name)) for name in columns):
+            return False
+        both = join_data([(meshes.data, len(meshes.corners), meshes.num_faces) for meshes in (self, other)])
+        if both is None:
+            return True
+        values, slots = np.split(both.values, 2), np.split(both.slots, 2)
+        return same_bits(*values) and same_bits(*slots)
 
     def mesh_of_face(self) -> Indices:
         """[F] the mesh that each face belongs to."""
@@ -348,6 +376,15 @@ class Soup:
             return self
         # The parts of a soup are runs in order, which a stable sort merges in almost no time.
         return self.take(np.argsort(key, kind="stable"))
+
+
+def _row_hashes(values: NDArray, offsets: Indices) -> NDArray[np.uint64]:
+    """[N] a hash of each row of a ragged list [V, K] without empty rows, and of the order of its values; NaN adds 0."""
+    position = index_in_row(np.diff(offsets))[:, None] * _STRIDE + np.arange(1, values.shape[1] + 1)
+    words = hashed(hashed(values) + position.view(np.uint64))
+    if values.dtype.kind == "f":
+        words[np.isnan(values)] = 0
+    return np.add.reduceat(words.sum(axis=1), offsets[:-1])
 
 
 def _chain(offsets: Sequence[Indices]) -> Indices:
