@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import io
 import logging
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,10 @@ MAX_BYTES = 64 * 2**20
 """Largest size of an asset file in bytes."""
 MAX_FACES = 2_000_000
 """Largest number of triangles of one asset."""
+_MOST_PARSED = 32 * 2**20
+"""Largest number of bytes of parsed assets that are kept for the next derivation."""
+_SETTLED = 100_000_000
+"""Nanoseconds after which a further change of a file gives it another time, on every usual disk."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +56,68 @@ class Asset:
     materials: tuple[PartMaterial | None, ...] = (None,)
     """The materials of its faces, by `CornerData.slots`: colors are sRGB, textures paths of images as rules name them;
     None for faces without a material."""
+
+
+Stamp: TypeAlias = "tuple[Path, int, int, int, int] | None"
+"""Path, size, number on its disk, time of the last change of the content and of any change; None for no file."""
+
+
+class _Parsed(NamedTuple):
+    """An asset as its files have it, and the state of the files."""
+
+    asset: Asset
+    stamps: tuple[tuple[str, Stamp], ...]
+    """Each file that was read or looked for, before it was."""
+
+    @property
+    def num_bytes(self) -> int:
+        """Bytes of its arrays."""
+        meshes = self.asset.meshes
+        values = 0 if meshes.data is None else meshes.data.values.nbytes
+        return meshes.points.nbytes + meshes.corners.nbytes + meshes.face_offsets.nbytes + values
+
+    def is_current(self, root: Path) -> bool:
+        """Whether none of its files has changed since."""
+        return all(_stamp(name, root) == stamp for name, stamp in self.stamps)
+
+    def is_settled(self) -> bool:
+        """Whether its files last changed long enough ago that a further change would change their stamps."""
+        now = time.time_ns()
+        return all(stamp is None or now - max(stamp[3:]) > _SETTLED for _, stamp in self.stamps)
+
+
+class _ParsedAssets:
+    """The assets that were used last, up to a number of bytes, for as long as their files stay as they are.
+
+    A derivation is the same with and without it. Each step is one operation on a dictionary, so threads may share it.
+    """
+
+    def __init__(self, most_bytes: int) -> None:
+        self._most_bytes = most_bytes
+        self._entries: dict[tuple[str, Path], _Parsed] = {}
+
+    def load(self, path: str, root: Path) -> Asset:
+        """The asset as its files have it; see `load_asset`."""
+        key = (path, root)
+        parsed = self._entries.pop(key, None)
+        if parsed is None or not parsed.is_current(root):
+            parsed = _parse(path, root)
+        if parsed.is_settled():
+            self._entries[key] = parsed
+            self._shrink()
+        return parsed.asset
+
+    def _shrink(self) -> None:
+        entries = list(self._entries.items())
+        excess = sum(parsed.num_bytes for _, parsed in entries) - self._most_bytes
+        for key, parsed in entries:
+            if excess <= 0:
+                break
+            self._entries.pop(key, None)
+            excess -= parsed.num_bytes
+
+
+_PARSED = _ParsedAssets(_MOST_PARSED)
 
 
 class AssetFolder:
@@ -89,6 +156,8 @@ class NeighbourFiles:
     def __init__(self, folder: Path, root: Path, most_bytes: int) -> None:
         self._folder, self._root = folder, root
         self._rest = self._most = most_bytes
+        self.stamps: list[tuple[str, Stamp]] = []
+        """The files that were asked for, and the state of each before it was read."""
 
     def __call__(self, name: str) -> bytes:
         """Content of a file, by its path relative to the folder of the mesh.
@@ -96,7 +165,9 @@ class NeighbourFiles:
         Raises:
             AssetError: If it is missing, lies outside, or the files have too many bytes.
         """
-        content = _content(find_asset(str(self._folder / name.strip()), self._root), name, self._rest)
+        path = str(self._folder / name.strip())
+        self.stamps.append((path, _stamp(path, self._root)))
+        content = _content(find_asset(path, self._root), name, self._rest)
         self._rest -= len(content)
         return content
 
@@ -113,13 +184,23 @@ def load_asset(path: str, root: Path) -> Asset:
         UnreadableAssetError: If it is too large, has no mesh, or another format.
         AssetError: If it lies outside.
     """
+    asset = _PARSED.load(path, root)
+    if asset.materials == (None,):
+        return asset
+    file = find_asset(path, root).relative_to(root.resolve())
+    return replace(asset, materials=tuple(material and _placed(material, file, root) for material in asset.materials))
+
+
+def _parse(path: str, root: Path) -> _Parsed:
+    """Mesh of a file with its materials as the file has them."""
+    stamp = _stamp(path, root)
     file = find_asset(path, root)
     if file.suffix.lower() not in _ASSET_FORMATS:
         expected = ", ".join(_ASSET_FORMATS)
         raise UnreadableAssetError(
             f'the asset "{path}" is not a readable mesh; expected {expected}: export it as OBJ or GLB'
         )
-    parts = _read(file, path, root)
+    parts, neighbours = _read(file, path, root)
     mesh = as_one_mesh(parts)
     if file.suffix.lower() != ".obj":
         mesh = welded(mesh)
@@ -127,9 +208,18 @@ def load_asset(path: str, root: Path) -> Asset:
     size = high - low
     scale = np.divide(1.0, size, out=np.zeros(3), where=size > 0.0)
     unit = mesh.with_points((mesh.points - low) * scale, stretch=np.where(size > 0.0, scale, 1.0)[None])
-    place = file.relative_to(root.resolve())
-    materials = dict.fromkeys(part.material for part in parts)
-    return Asset(unit, low, size, tuple(material and _placed(material, place, root) for material in materials))
+    asset = Asset(unit, low, size, tuple(dict.fromkeys(part.material for part in parts)))
+    return _Parsed(asset, ((path, stamp), *neighbours.stamps))
+
+
+def _stamp(path: str, root: Path) -> Stamp:
+    """State of a file of the folder; None if there is none to read."""
+    try:
+        file = find_asset(path, root)
+        state = file.stat()
+    except (AssetError, OSError):
+        return None
+    return file, state.st_size, state.st_ino, state.st_mtime_ns, state.st_ctime_ns
 
 
 def _placed(material: PartMaterial, file: Path, root: Path) -> PartMaterial:
@@ -240,8 +330,8 @@ def _look_up(root: Path, meaning: str, path: str) -> tuple[Path, int | None]:
     return file, size
 
 
-def _read(file: Path, name: str, root: Path) -> list[MeshPart]:
-    """The parts of a file that have faces, at least one."""
+def _read(file: Path, name: str, root: Path) -> tuple[list[MeshPart], NeighbourFiles]:
+    """The parts of a file that have faces, at least one, and the files that it refers to."""
     neighbours = NeighbourFiles(file.parent.relative_to(root.resolve()), root, MAX_BYTES)
     content = _content(file, name, MAX_BYTES)
     try:
@@ -251,7 +341,7 @@ def _read(file: Path, name: str, root: Path) -> list[MeshPart]:
         raise UnreadableAssetError(f'the asset "{name}" cannot be read: {error}') from error
     if not parts:
         raise UnreadableAssetError(f'the asset "{name}" has no faces')
-    return parts
+    return parts, neighbours
 
 
 def _content(file: Path, name: str, most: int) -> bytes:
