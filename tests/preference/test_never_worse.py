@@ -48,9 +48,9 @@ class Case:
 
 
 def test_19_of_20_learned_densities_are_at_most_a_twentieth_farther_than_the_grammar():
-    ratios = np.array([Case.of(seed).ratio() for seed in range(40)])
-    assert np.count_nonzero(ratios > 1.05) <= 0.05 * len(ratios), ratios.round(2)
-    assert np.count_nonzero(ratios < 0.5) >= 10
+    ratios = np.array([Case.of(seed).ratio() for seed in some(range(40))])
+    assert np.count_nonzero(ratios > 1.05) <= max(0.05 * len(ratios), 1.0), ratios.round(2)
+    assert np.count_nonzero(ratios < 0.5) >= len(ratios) / 4.0
 
 
 @pytest.mark.parametrize("num", some([12, 40]))

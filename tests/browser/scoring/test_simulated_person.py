@@ -80,7 +80,7 @@ def rounded(share: float) -> float:
     return float(np.floor(share + 0.5) if share >= 10.0 else f"{share:.1g}")
 
 
-@pytest.mark.parametrize("person", ["F1"], indirect=True)
+@pytest.mark.parametrize("person", ["tastes/tuning/symmetric_toy"], indirect=True)
 def test_the_page_and_python_reach_the_same_density(person, opened, tmp_path):
     grammar = person.source.scenario.grammar
     server = Server(grammar, tmp_path / "page.db").start()

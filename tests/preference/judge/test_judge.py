@@ -72,7 +72,7 @@ def test_an_odd_number_of_flags_is_seen():
 def test_scores_without_a_pattern_need_nothing():
     """At most 5 % of files: the prices are the logs of probabilities."""
     accepting = 0
-    for seed in range(24):
+    for seed in some(range(24)):
         known, composed = columns((24, 48, 96)[seed % 3], seed)
         randomness = np.random.default_rng(seed)
         scores = randomness.permutation(noisy(90.0 * (composed[:, 11] > 0.6), (0.0, 15.0)[seed % 2], seed))
