@@ -78,7 +78,9 @@ def windows(browser: Browser) -> Iterator[Any]:
     def open_page(address: str, **options: Any) -> Page:
         width, height = options.pop("size", SIZE)
         script = options.pop("script", "")
-        context = browser.new_context(viewport={"width": width, "height": height}, **{"reduced_motion": "reduce", **options})
+        # Without a graphics card every frame of a movement that runs out softly takes time.
+        calm = {"reduced_motion": "reduce", **options}
+        context = browser.new_context(viewport={"width": width, "height": height}, **calm)
         contexts.append(context)
         context.add_init_script(LATE + script)
         page = context.new_page()
