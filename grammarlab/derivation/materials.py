@@ -157,7 +157,7 @@ class MaterialTable:
         ids = []
         for material in used.tolist():
             members = [material if channels is None else self._intern(0, channels) for channels in of_asset]
-            ids.append(self._palette([self.members(member)[0] for member in members]))
+            ids.append(self.palette([self.members(member)[0] for member in members]))
         return np.array(ids, dtype=np.int32)[inverse]
 
     def members(self, material: int) -> tuple[int, ...]:
@@ -183,7 +183,8 @@ class MaterialTable:
         channels = np.array([row[:-1] for row in self._rows], dtype=np.float64)
         return Materials(channels, tuple(str(row[-1]) for row in self._rows), cut_out=frozenset(self.cut_out))
 
-    def _palette(self, members: Sequence[int]) -> int:
+    def palette(self, members: Sequence[int]) -> int:
+        """The id of shapes whose faces have these materials, by their slots; none of them is a palette."""
         key = tuple(members)
         if len(set(key)) == 1:
             return key[0]
@@ -195,7 +196,7 @@ class MaterialTable:
 
     def _intern(self, material: int, changes: Mapping[str, float | str]) -> int:
         if material in self._members:
-            return self._palette([self._intern(member, changes) for member in self._members[material]])
+            return self.palette([self._intern(member, changes) for member in self._members[material]])
         row = list(self._rows[material])
         for name, value in changes.items():
             row[_INDEX_OF_CHANNEL[name]] = value

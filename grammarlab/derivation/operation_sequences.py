@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, cast
 
 from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, all_values, argument, head, word
 from grammarlab.derivation.calls.branches import Branching, Leaf, route
@@ -143,9 +143,7 @@ class SequenceCompiler:
             case Scatter():
                 return self._scatter(BLOCKS["scatter"], item)
             case syntax.Inline():
-                return self._inline(item)
-            case syntax.Combine():
-                return self._combine(item)
+                return self._inline(item) if item.operation == "inline" else self._combine(item)
         return _refusal(getattr(item, "name", type(item).__name__.lower()), item.location)
 
     def _operation(self, operation: Operation, item: Invoke) -> Step:
@@ -219,16 +217,15 @@ class SequenceCompiler:
 
         return step
 
-    def _combine(self, item: syntax.Combine) -> Step:
-        """Code for ``union``, ``subtract`` and ``intersect``."""
-        bodies = [self.body(choice, in_block=True, is_part=False) for choice in (item.first, item.second)]
-        operation, location = item.operation, item.location
+    def _combine(self, item: syntax.Inline) -> Step:
+        """Code for ``union``, ``subtract`` and ``intersect`` of the current shape and the shapes of a body."""
+        body, location = self.body(item.body, in_block=True, is_part=False), item.location
+        operation = cast("Literal['union', 'subtract', 'intersect']", item.operation)
+        is_swapped = item.strategy == "swap"
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
-            first, second = (
-                derived_at_once(partial(run_branches, body), shapes, workspace, location) for body in bodies
-            )
-            return combined_shapes(shapes, first, second, operation, workspace, location)
+            leaves = derived_at_once(partial(run_branches, body), shapes, workspace, location)
+            return combined_shapes(shapes, leaves, operation, is_swapped, workspace, location)
 
         return step
 

@@ -18,7 +18,6 @@ from grammarlab.language.syntax.syntax_tree import (
     Block,
     Case,
     Choice,
-    Combine,
     Definition,
     Function,
     Group,
@@ -258,11 +257,6 @@ class _Formatter:
             case Scoped() | Scatter() | Inline():
                 self._choice(item.body, indent + _STEP, rule=True)
                 return indent + ("]" if isinstance(item, Scoped) else "}" if _braced(item) else "").rstrip()
-            case Combine():
-                self._choice(item.first, indent + _STEP, rule=True)
-                self.lines.append(f"{indent}  |")
-                self._choice(item.second, indent + _STEP, rule=True)
-                return indent + "}"
         return ""
 
     def _group(self, group: Group, indent: str) -> str:
@@ -286,8 +280,6 @@ def _head(item: Item) -> str:
     match item:
         case Scoped():
             return "["
-        case Combine():
-            return f"{item.operation} {{"
         case Block() | Scatter() | Inline():
             return f"{printing.item_head(item)} {{" if _braced(item) else printing.item_head(item)
     return printing.item(item)
@@ -305,7 +297,7 @@ def _anchors(node: Node) -> list[Location]:
             heads = inner.conditions if isinstance(inner, Case) else inner.percentages
             pairs = zip(heads, inner.branches, strict=True)
             locations += [branch.location if head is None else head.location for head, branch in pairs]
-        elif isinstance(inner, Invoke | Block | Scoped | Scatter | Inline | Combine | Part):
+        elif isinstance(inner, Invoke | Block | Scoped | Scatter | Inline | Part):
             locations.append(inner.location)
     return locations
 

@@ -17,7 +17,6 @@ from grammarlab.language.syntax.syntax_tree import (
     Call,
     Case,
     Choice,
-    Combine,
     Definition,
     Group,
     Import,
@@ -206,9 +205,6 @@ class _Reader:
                 self._choice(part.body, None, False)
         elif isinstance(item, Inline):
             self._choice(item.body, None, False)
-        elif isinstance(item, Combine):
-            self._choice(item.first, None, False)
-            self._choice(item.second, None, False)
         elif isinstance(item, Scatter):
             self.blocks += [item.location, item.location]
             self._choice(item.body, None, False)

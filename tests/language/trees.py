@@ -12,7 +12,6 @@ from grammarlab.language.syntax.syntax_tree import (
     Boolean,
     Call,
     Case,
-    Combine,
     Components,
     Floating,
     Function,
@@ -106,8 +105,8 @@ def _operations(inner):
         st.builds(Block, symbols.filter(lambda name: name != "scatter"), arguments, groups),
         st.builds(Scoped, inner),
         st.builds(Scatter, _tuples(expressions, 1, 2), inner),
-        st.builds(Inline, st.sampled_from(["", "append"]), single),
-        st.builds(Combine, st.sampled_from(["union", "subtract", "intersect"]), inner, inner),
+        st.builds(Inline, st.just("inline"), st.sampled_from(["", "append"]), single),
+        st.builds(Inline, st.sampled_from(["union", "subtract", "intersect"]), st.sampled_from(["", "swap"]), single),
     )
     sequences = st.builds(Sequence, _tuples(items, 1, 3))
     return st.one_of(sequences, _choices(expressions, sequences))

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Literal, cast
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.derivation.calls.texture_transfer import with_pivot
+from grammarlab.derivation.state.face_tags import face_sets
 from grammarlab.derivation.state.mesh_table import normalized, right_handed, scaled, upright
 from grammarlab.derivation.state.shapes import EMPTY, Shapes, concatenate
+from grammarlab.derivation.state.tag_table import matches
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import BudgetError, Location
-from grammarlab.geometry.meshes.mesh import Meshes
-
-if TYPE_CHECKING:  # imported by the first boolean operation, since few grammars have any
-    from grammarlab.geometry.meshes.booleans import Operation
+from grammarlab.geometry.meshes.corner_data import CornerData
+from grammarlab.geometry.meshes.mesh import NUM_ROLES, Meshes, SourcedMesh
 
 _MOST_LEVELS = 20
 """Largest depth of inlined rules in inlined rules."""
@@ -73,7 +74,7 @@ def merged(shapes: Shapes, leaves: Shapes, strategy: str, workspace: Workspace, 
     """Shapes [N] with the geometry of their leaves.
 
     A single leaf is taken as it is, with its scope and material. Several leaves get the axes of the shape and a scope
-    around all of them; their material is that of the shape, unless all have the same.
+    around all of them; their faces keep their materials and tags.
 
     Args:
         shapes: the shapes.
@@ -85,46 +86,103 @@ def merged(shapes: Shapes, leaves: Shapes, strategy: str, workspace: Workspace, 
     rows = np.asarray(leaves.state[row_name(workspace)]).astype(np.int64)
     counts = np.bincount(rows, minlength=shapes.num)
     first = np.cumsum(counts) - counts
-    groups = [_local(shapes, leaves, rows, row, workspace) if counts[row] > 1 else [] for row in range(shapes.num)]
-    meshes = [_unified(group, strategy, workspace, location) for group in groups]
-    result = _with_meshes(shapes, meshes, workspace)
+    meshes, material = [], shapes.material.copy()
+    for row in range(shapes.num):
+        group = _local(shapes, leaves, rows, row, workspace) if counts[row] > 1 else []
+        result, own = _unified(group, strategy, workspace, location), leaves.material[rows == row].tolist()
+        whole = result.mesh
+        if group:
+            material[row], whole = _with_sources(result, group, own, own[0], workspace)
+        meshes.append(whole)
+    result = _with_meshes(shapes, meshes, workspace)._replace(material=material)
     single = np.flatnonzero(counts == 1)
-    result = _with_leaves(result, leaves, single, first[single], workspace)
-    material = result.material.copy()
-    for row in np.flatnonzero(counts > 1).tolist():
-        own = leaves.material[first[row] : first[row] + counts[row]]
-        if (own == own[0]).all():
-            material[row] = own[0]
-    return result._replace(material=material)
+    return _with_leaves(result, leaves, single, first[single], workspace)
 
 
 def combined_shapes(
     shapes: Shapes,
-    first: Shapes,
-    second: Shapes,
+    leaves: Shapes,
     operation: Literal["union", "subtract", "intersect"],
+    is_swapped: bool,
     workspace: Workspace,
     location: Location,
 ) -> Shapes:
-    """Shapes [N] with the geometry of a boolean operation on their leaves of two bodies.
+    """Shapes [N] with the geometry of a boolean operation on them and their leaves; faces keep materials and tags.
 
-    Where a leaf is not closed, ``union`` puts the leaves together and the others keep the first ones, with a warning.
+    Where one is not closed, ``union`` puts all together and the others keep the target, with a warning.
+
+    Args:
+        shapes: the shapes, operand A.
+        leaves: from `derived_at_once`, operand B.
+        operation: the operation.
+        is_swapped: whether B is the target.
+        workspace: workspace of the derivation.
+        location: place of the operation.
     """
     from grammarlab.geometry.meshes.booleans import combined  # noqa: PLC0415
 
-    name = row_name(workspace)
-    rows = [np.asarray(part.state[name]).astype(np.int64) for part in (first, second)]
-    meshes = []
+    rows = np.asarray(leaves.state[row_name(workspace)]).astype(np.int64)
+    own = scaled(workspace.meshes.take(shapes.mesh), shapes.size)
+    meshes, material = [], shapes.material.copy()
     for row in range(shapes.num):
-        left = _local(shapes, first, rows[0], row, workspace)
-        right = _local(shapes, second, rows[1], row, workspace)
-        mesh = combined(left, right, cast("Operation", operation))
-        if mesh is None:
+        target = [own.take(np.array([row]))] if own.mesh_faces[row + 1] > own.mesh_faces[row] else []
+        tool, of_tool = _local(shapes, leaves, rows, row, workspace), leaves.material[rows == row].tolist()
+        groups = [*tool, *target] if is_swapped else [*target, *tool]
+        used = [*of_tool, *material[[row] * len(target)]] if is_swapped else [*material[[row] * len(target)], *of_tool]
+        result = combined(groups, len(tool) if is_swapped else len(target), operation)
+        if result is None:
             message = f"{operation} expects closed geometry; what is not closed stays as it is"
             workspace.recorder.add_warning(message, location)
-            mesh = Meshes.united([*left, *right] if operation == "union" else left)
-        meshes.append(mesh)
-    return _with_meshes(shapes, meshes, workspace)
+            stays = groups if operation == "union" else groups[: len(tool) if is_swapped else len(target)]
+            result = _appended(stays)
+        first = int(used[0]) if used else int(material[row])
+        material[row], mesh = _with_sources(result, groups, used, first, workspace)
+        is_tool = result.source < len(tool) if is_swapped else result.source >= len(target)
+        meshes.append(_with_operands(mesh, is_tool, workspace))
+    return _with_meshes(shapes, meshes, workspace)._replace(material=material)
+
+
+def _with_operands(mesh: Meshes, is_tool: NDArray[np.bool_], workspace: Workspace) -> Meshes:
+    """A mesh whose faces have the tag ``bool.A``, or ``bool.B`` where they come from the second operand."""
+    table = workspace.tags
+    if table is None:
+        return mesh
+    sets = face_sets(mesh).astype(np.int32)
+    for chosen, operand in ((~is_tool, "bool.A"), (is_tool, "bool.B")):
+        sets[chosen] = table.changed(
+            sets[chosen], lambda tags, own=operand: [own, *(tag for tag in tags if not matches("bool", tag))]
+        )
+    return replace(mesh, tags=(mesh.roles + NUM_ROLES * sets).astype(np.int32))
+
+
+def _with_sources(
+    result: SourcedMesh, groups: Sequence[Meshes], materials: Sequence[int], first: int, workspace: Workspace
+) -> tuple[int, Meshes]:
+    """The id of the materials of a result, and its mesh with the tags and materials of the faces it is made of.
+
+    Args:
+        result: a mesh and the faces of others that it is made of.
+        groups: the other meshes.
+        materials: their materials.
+        first: the material that rules see.
+        workspace: workspace of the derivation.
+    """
+    mesh, table = result.mesh, workspace.materials
+    tags, ids = np.zeros(mesh.num_faces, np.int32), np.full(mesh.num_faces, first, np.int64)
+    for number, (group, material) in enumerate(zip(groups, materials, strict=True)):
+        chosen = np.flatnonzero(result.source == number)
+        faces = result.face[chosen]
+        tags[chosen] = group.tags[faces]
+        slots = np.zeros(group.num_faces, np.int32) if group.data is None else group.data.slots
+        ids[chosen] = np.array(table.members(material))[slots[faces]]
+    members = list(dict.fromkeys([table.members(first)[0], *ids.tolist()]))
+    slots = np.searchsorted(np.sort(members), ids)
+    slots = np.argsort(members)[slots].astype(np.int32)
+    data = mesh.data
+    if len(members) > 1 or data is not None:
+        values = np.full((len(mesh.corners), 3), np.nan) if data is None else data.values
+        data = CornerData(values, slots)
+    return table.palette(members), replace(mesh, tags=tags, data=data)
 
 
 def _local(shapes: Shapes, leaves: Shapes, rows: NDArray[np.int64], row: int, workspace: Workspace) -> list[Meshes]:
@@ -141,15 +199,25 @@ def _local(shapes: Shapes, leaves: Shapes, rows: NDArray[np.int64], row: int, wo
     return [placed.take(np.array([index])) for index in range(len(chosen))]
 
 
-def _unified(group: Sequence[Meshes], strategy: str, workspace: Workspace, location: Location) -> Meshes:
+def _unified(group: Sequence[Meshes], strategy: str, workspace: Workspace, location: Location) -> SourcedMesh:
     if strategy == "unify" and group:
-        from grammarlab.geometry.meshes.booleans import polygons_of, united  # noqa: PLC0415
+        from grammarlab.geometry.meshes.booleans import united  # noqa: PLC0415
 
-        solid = united(group)
-        if solid is not None:
-            return polygons_of(solid)
+        result = united(group)
+        if result is not None:
+            return result
         workspace.recorder.add_warning("inline(unify) expects closed geometry; it is appended", location)
-    return Meshes.united(group)
+    return _appended(group)
+
+
+def _appended(group: Sequence[Meshes]) -> SourcedMesh:
+    """All faces of meshes, with the mesh and the face that each comes from."""
+    counts = [mesh.num_faces for mesh in group]
+    return SourcedMesh(
+        Meshes.united(group),
+        np.repeat(np.arange(len(group)), counts),
+        np.concatenate([np.arange(count) for count in counts]) if counts else np.zeros(0, np.int64),
+    )
 
 
 def _with_meshes(shapes: Shapes, meshes: Sequence[Meshes], workspace: Workspace) -> Shapes:

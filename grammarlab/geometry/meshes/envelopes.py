@@ -6,7 +6,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from grammarlab.arrays import Floats
-from grammarlab.geometry.meshes.booleans import polygons_of
+from grammarlab.geometry.meshes.booleans import faces_of
 from grammarlab.geometry.meshes.contact import solid_of
 from grammarlab.geometry.meshes.extrude import extrude
 from grammarlab.geometry.meshes.measure import has_concave_face
@@ -62,7 +62,7 @@ def envelope(face: Meshes, along: Floats, height: float, bases: Floats, angles: 
         prism = prism - _wedge(
             (start - before * direction, end + after * direction), inward, along, (base, height, depth)
         )
-    return None if prism.is_empty() else polygons_of(prism)
+    return None if prism.is_empty() else faces_of(prism).mesh
 
 
 def _wedge(edge: tuple[Floats, Floats], inward: Floats, along: Floats, size: tuple[float, float, float]) -> Manifold:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -255,6 +255,16 @@ class Meshes:
             tags=self.tags,
             data=data,
         )
+
+
+class SourcedMesh(NamedTuple):
+    """One mesh made of parts of the faces of others."""
+
+    mesh: Meshes
+    source: Indices
+    """[F] number of the mesh that each face comes from."""
+    face: Indices
+    """[F] its face."""
 
 
 @dataclass(frozen=True, slots=True)

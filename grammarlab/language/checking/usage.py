@@ -15,7 +15,6 @@ from grammarlab.language.syntax.syntax_tree import (
     Block,
     Case,
     Choice,
-    Combine,
     Expression,
     Floating,
     Group,
@@ -74,17 +73,13 @@ class BodyChecker:
                 self.body(item.body, scope)
             case Inline():
                 self._inline(item, scope)
-            case Combine():
-                subject = f"the operation {item.operation}"
-                self.remarks.unsupported(self.supported.operations, item.operation, item.location, subject)
-                self.body(item.first, scope)
-                self.body(item.second, scope)
 
     def _inline(self, item: Inline, scope: Scope) -> None:
-        self.remarks.unsupported(self.supported.operations, "inline", item.location, "inline")
-        strategies = builtins.KEYWORDS["merge"]
+        subject = "inline" if item.operation == "inline" else f"the operation {item.operation}"
+        self.remarks.unsupported(self.supported.operations, item.operation, item.location, subject)
+        strategies = builtins.KEYWORDS["merge" if item.operation == "inline" else "swap"]
         if item.strategy and item.strategy not in strategies:
-            message = f"inline expects one of {', '.join(sorted(strategies))}, found '{item.strategy}'"
+            message = f"{item.operation} expects one of {', '.join(sorted(strategies))}, found '{item.strategy}'"
             self.remarks.error("unknown-keyword", item.location, message, suggestion(item.strategy, strategies))
         self.body(item.body, scope)
 

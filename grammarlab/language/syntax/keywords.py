@@ -68,6 +68,7 @@ KEYWORDS: Mapping[str, frozenset[str]] = {
         "scatter_mean": f"center {_SIDES}",
         "tagged": "auto all faces edges vertices",
         "tag_components": "e v",
+        "swap": "noSwap swap",
         "merge": "append unify recompose",
         "slope_angle": "maxSlope zenith azimuth",
         "orientation": f"all surface side {_SIDES} {_OBJECT_SIDES} {_COMPASS} {_STREET_SIDES}",

@@ -10,7 +10,7 @@ from grammarlab.language.syntax.tokens import Token
 
 _OPERAND = frozenset({"NUMBER", "STRING", "BOOLEAN", "PREFIX", "_LPAR"})
 """Token types that begin only expressions."""
-_ITEM = frozenset({"NAME", "INLINE", "COMBINE", "SCATTER"})
+_ITEM = frozenset({"NAME", "INLINE", "SCATTER"})
 """Token types that begin an operation."""
 _SEPARATORS = frozenset({"_COLON", "_EQUALS", "_EQUALS_COLON"})
 

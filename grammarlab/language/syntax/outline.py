@@ -214,21 +214,19 @@ class _Scan:
             self.tokens[index] = token._replace(type="BOOLEAN")
         elif word == "extends" and index >= 2 and self.tokens[index - 2].type == "STYLE":
             self.tokens[index] = token._replace(type="_EXTENDS")
-        elif following is not None and following.type == "_LBRACE" and word in ("union", "subtract", "intersect"):
-            self.tokens[index] = token._replace(type="COMBINE")
-        elif word == "inline":
+        elif word in ("inline", "union", "subtract", "intersect"):
             self._inline(index, token)
 
     def _is_annotation_name(self, index: int) -> bool:
         return index > 0 and self.tokens[index - 1].type == "_AT"
 
     def _inline(self, index: int, token: Token) -> None:
-        """Join ``inline`` and ``inline(strategy)`` into one token whose value is the strategy."""
+        """Join ``inline`` and ``inline(strategy)`` into one token; a space is between the words of its value."""
         shape = [t.type for t in self.tokens[index + 1 : index + 5]]
         if shape[:1] in (["NAME"], ["_LBRACE"]):
-            self.tokens[index] = token._replace(type="INLINE", value="")
+            self.tokens[index] = token._replace(type="INLINE")
         elif shape in (["_LPAR", "NAME", "RPAR", "NAME"], ["_LPAR", "NAME", "RPAR", "_LBRACE"]):
-            self.tokens[index] = token._replace(type="INLINE", value=self.tokens[index + 2].value)
+            self.tokens[index] = token._replace(type="INLINE", value=f"{token.value} {self.tokens[index + 2].value}")
             self.dropped.update((index + 1, index + 2, index + 3))
 
     def _annotation_start(self, index: int, token: Token) -> None:

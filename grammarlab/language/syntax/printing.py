@@ -22,7 +22,6 @@ from grammarlab.language.syntax.syntax_tree import (
     Call,
     Case,
     Choice,
-    Combine,
     Components,
     Expression,
     Floating,
@@ -220,8 +219,6 @@ def item(node: Item) -> str:
             return invoke(node)
         case Scoped():
             return f"[ {body(node.body)} ]" if body(node.body) else "[ ]"
-        case Combine():
-            return f"{node.operation} {{ {body(node.first)} | {body(node.second)} }}"
         case Block():
             remainder = f" {group(node.remainder)}" if node.remainder is not None else ""
             return f"{item_head(node)} {group(node.group)}{remainder}"
@@ -233,7 +230,7 @@ def item(node: Item) -> str:
 def item_head(node: Block | Scatter | Inline) -> str:
     """Text before the braces."""
     if isinstance(node, Inline):
-        return f"inline({node.strategy})" if node.strategy else "inline"
+        return f"{node.operation}({node.strategy})" if node.strategy else node.operation
     name = node.name if isinstance(node, Block) else "scatter"
     return f"{name}({arguments(node.arguments)})" if node.arguments else name
 
@@ -243,7 +240,7 @@ def needs_braces(node: Scatter | Inline) -> bool:
     if isinstance(node, Scatter):
         return True
     items = node.body.items
-    return len(items) != 1 or not isinstance(items[0], Invoke | Block | Scatter | Combine)
+    return len(items) != 1 or not isinstance(items[0], Invoke | Block | Scatter)
 
 
 def invoke(node: Invoke) -> str:

@@ -248,23 +248,15 @@ class Scatter(Node):
 
 @dataclass(frozen=True, slots=True)
 class Inline(Node):
-    """``inline(strategy) Rule``: the shapes that the body makes, merged into the current one."""
+    """``inline(strategy) Rule`` or ``union(order) { … }``: the body is derived at once."""
 
+    operation: Literal["inline", "union", "subtract", "intersect"]
     strategy: str
-    """``append``, ``unify`` or ``recompose``; empty if the text has none."""
+    """``append``, ``unify``, ``recompose``, or else ``swap`` or ``noSwap``; empty for the default."""
     body: Sequence
 
 
-@dataclass(frozen=True, slots=True)
-class Combine(Node):
-    """``union { A | B }``: a boolean operation on the shapes of two sequences."""
-
-    operation: Literal["union", "subtract", "intersect"]
-    first: Choice
-    second: Choice
-
-
-Item: TypeAlias = Invoke | Block | Scoped | Scatter | Inline | Combine
+Item: TypeAlias = Invoke | Block | Scoped | Scatter | Inline
 
 
 @dataclass(frozen=True, slots=True)

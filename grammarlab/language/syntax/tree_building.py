@@ -20,7 +20,6 @@ from grammarlab.language.syntax.syntax_tree import (
     Call,
     Case,
     Choice,
-    Combine,
     Components,
     Definition,
     Expression,
@@ -253,15 +252,10 @@ class TreeBuilder(Transformer[Any, Any]):
     def inline(self, children: list[Any]) -> Inline:
         mark, inner, *closing = children
         if isinstance(inner, Inline):
-            raise MistakeError("bad-inline", "expected a rule or a block after 'inline'", inner.location)
+            raise MistakeError("bad-inline", f"expected a rule or a block after '{mark.value}'", inner.location)
         body = inner if closing else Sequence((cast(Item, inner),), location=inner.location)
-        return Inline(mark.value, _located(body, mark.location), location=mark.location)
-
-    def combine(self, children: list[Any]) -> Combine:
-        mark, first, second, _ = children
-        return Combine(
-            mark.value, _located(first, mark.location), _located(second, mark.location), location=mark.location
-        )
+        operation, _, strategy = mark.value.partition(" ")
+        return Inline(operation, strategy, _located(body, mark.location), location=mark.location)
 
     # Definitions
 

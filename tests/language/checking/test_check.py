@@ -151,7 +151,7 @@ def test_doubtful_places_are_warned_of(text, code):
         "Lot --> alignScopeToGeometry(yUp, any, longest) setback(1) { front : A | remainder = B }",
         'Lot --> i("a.obj", zUp, keepSizeAndPosition) setupProjection(0, scope.xy, ~2, \'1, 0, 0) A',
         "d(x) with (y := x * 2) = y\nLot with (h := d(1)) --> extrude(h) A",
-        "Lot --> scatter(surface, 10, gaussian, center, '0.2) { A } union { A | B } inline(unify) A",
+        "Lot --> scatter(surface, 10, gaussian, center, '0.2) { A } union { A B } subtract(swap) A inline(unify) A",
     ],
 )
 def test_what_is_right_is_left_alone(text):
@@ -194,7 +194,7 @@ NOTHING = SupportedFeatures(*[frozenset()] * 5)
         ("Lot --> splitArea(x) { 1 : A }", "splitArea"),
         ("Lot --> scatter(surface, 1, uniform) { A }", "scatter"),
         ("Lot --> inline A", "inline"),
-        ("Lot --> union { A | B }", "union"),
+        ("Lot --> union { A B }", "union"),
         ('attr a = fileRandom("*")\nLot --> A', "fileRandom"),
         ("attr a = scope.sx\nLot --> A", "scope.sx"),
         ("const a = [1]\nLot --> A", "array"),

@@ -9,7 +9,6 @@ from grammarlab.language.syntax.syntax_tree import (
     Block,
     Boolean,
     Call,
-    Combine,
     Components,
     Floating,
     Group,
@@ -162,16 +161,18 @@ def test_selectors_are_names_numbers_and_expressions():
 
 def test_scatter_inline_and_boolean_operations():
     found = items(
-        "scatter(surface, 9, uniform) { A B } inline A inline(unify) { B C } union { A | B } inline comp(f) { all : A }"
+        "scatter(surface, 9, uniform) { A B } inline A inline(unify) { B C } "
+        "union A subtract(swap) { B C } inline comp(f) { all : A }"
     )
     block = Block("comp", (Name("f"),), Group((Part(Name("all"), A),)))
     both = Sequence((Invoke("B"), Invoke("C")))
     assert found == (
         Scatter((Name("surface"), Number(9.0), Name("uniform")), Sequence((Invoke("A"), Invoke("B")))),
-        Inline("", A),
-        Inline("unify", both),
-        Combine("union", A, B),
-        Inline("", Sequence((block,))),
+        Inline("inline", "", A),
+        Inline("inline", "unify", both),
+        Inline("union", "", A),
+        Inline("subtract", "swap", both),
+        Inline("inline", "", Sequence((block,))),
     )
 
 
