@@ -64,3 +64,14 @@ def test_a_public_name_is_no_package():
 def test_importing_does_not_load_the_engine(code):
     code += "; import sys; print('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+
+
+def test_the_first_model_loads_the_engine_and_nothing_else():
+    code = (
+        "import grammarlab as gl, sys; gl.derive(gl.load('toy'), 1, 1);"
+        "print(*{'.'.join(name.split('.')[:parts]) for name in sys.modules for parts in (1, 2)})"
+    )
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    libraries = {"jax", "optax", "sklearn", "scipy", "pandas", "pyarrow", "trimesh", "PIL", "matplotlib"}
+    rooms = {f"grammarlab.{name}" for name in ("density", "evaluation", "learning", "preference", "facade", "tastes")}
+    assert not {*loaded} & (libraries | rooms)

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
 from grammarlab.assets.mesh_files import find_asset
@@ -21,8 +22,10 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.builtins import attributes
 from grammarlab.language.syntax.syntax_tree import Attribute, Choice, Invoke, Name, RuleFile, String, walk
 from grammarlab.runs.sample.domains import DEFAULT, CheckedText, domain_of, opened_models, suffix_of
-from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import RuleSource
+
+if TYPE_CHECKING:
+    from grammarlab.runs.sample.request import SampleRequest
 
 _KEYWORDS = {
     **{name: operation.keywords for name, operation in OPERATIONS.items()},

@@ -18,7 +18,6 @@ from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.language.attribute_values import AttributeValue, read_attributes
 from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.runs.sample.checks import check_rules, grammar_to_run, unsupported_features
-from grammarlab.runs.sample.derivations import FILES, load_forest, save_forest
 from grammarlab.runs.sample.domains import AbstractDomain, CheckedText
 from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene, lots_of, property_remarks
 from grammarlab.runs.sample.request import SampleRequest
@@ -62,6 +61,9 @@ class GrammarModels(AbstractModels):
         forest = accepted.forest
 
         def save(folder: Path) -> Iterable[str]:
+            # Derivations are tables of Arrow, which a grammar is read without.
+            from grammarlab.runs.sample.derivations import FILES, save_forest  # noqa: PLC0415
+
             save_forest(forest, folder)
             return FILES
 
@@ -83,6 +85,8 @@ class GrammarModels(AbstractModels):
         )
 
     def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:
+        from grammarlab.runs.sample.derivations import load_forest  # noqa: PLC0415
+
         yield realize(load_forest(folder))
 
 

@@ -7,14 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
-from grammarlab.evaluation.preparation import Source
-from grammarlab.evaluation.scenario import load as load_scenario
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.checks import grammar_to_run
 from grammarlab.runs.sample.domains import SPECIES, opened
 from grammarlab.runs.sample.shipped import find_rules
 
 if TYPE_CHECKING:
+    from grammarlab.evaluation.preparation import Source
     from grammarlab.trees.species import Species
 
 ShippedGrammar: TypeAlias = Literal[
@@ -69,6 +68,10 @@ def load_source(scenario: Path) -> Source:
     Raises:
         GrammarlabError: If the files cannot be used.
     """
+    # Models are made without the libraries of learning, which take seconds to import.
+    from grammarlab.evaluation.preparation import Source  # noqa: PLC0415
+    from grammarlab.evaluation.scenario import load as load_scenario  # noqa: PLC0415
+
     loaded = load_scenario(scenario)
     rules = find_rules(loaded.grammar)
     return Source(loaded, opened(rules.suffix, rules.text(), rules.name, rules.assets))
