@@ -12,6 +12,7 @@ from grammarlab.pages.record.store import STEPS
 from grammarlab.runs.city.parcel_table import FORMAT as PARCELS
 from grammarlab.runs.sample.derivations import FORMAT as DERIVATIONS
 from grammarlab.runs.sample.manifest import FORMAT as MANIFEST
+from grammarlab.runs.sample.model_rows import FORMAT as ROWS
 from grammarlab.synthesis.analysis.correction import VERSION as EXAMPLE
 
 VERSIONS: Mapping[str, tuple[str, int]] = {
@@ -20,6 +21,7 @@ VERSIONS: Mapping[str, tuple[str, int]] = {
     "grammarlab.matching.scans.element_files": ("Elements of a scan", ELEMENTS),
     "grammarlab.runs.sample.derivations": ("Derivations", DERIVATIONS),
     "grammarlab.runs.sample.manifest": ("Manifest of a run", MANIFEST),
+    "grammarlab.runs.sample.model_rows": ("Rows of models", ROWS),
     "grammarlab.pages.record.store": ("Scoring session", len(STEPS)),
     "grammarlab.city.zone_file": ("Learned zones", ZONES),
     "grammarlab.city.tree_file": ("Learned species", TREES),
@@ -32,6 +34,7 @@ FILES: Mapping[str, tuple[str, str]] = {
     "Model files": ("`.glb`, `.obj`, `.ply`", "grammars/file.md#model-files"),
     "Manifest of a run": ("`manifest.json`", "grammars/file.md#manifest-of-a-run"),
     "Derivations": ("`derivations/`, Parquet", "grammars/file.md#derivations"),
+    "Rows of models": ("`run.json`, `shards/`, `index.parquet`", "grammars/clusters.md#tables"),
     "Species of trees": ("`.toml`", "trees/file.md#species"),
     "Trees of a run": ("`derivations/`, Parquet", "trees/file.md#trees-of-a-run"),
     "Learned rule file": ("`.cga`", "learning/file.md#acceptance-rule"),

@@ -10,7 +10,7 @@ import platform
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -71,9 +71,15 @@ def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
         return
     from rich.console import Console
     from rich.markup import escape
-    from rich.progress import Progress, TaskID
+    from rich.progress import Progress, ProgressColumn, Task, TaskID
+    from rich.text import Text
 
-    with Progress(console=Console(stderr=True), transient=True) as bars:
+    class Rate(ProgressColumn):
+        def render(self, task: Task) -> Text:
+            return Text(f"{task.speed:,.3g}/s" if task.speed else "")
+
+    columns = (*Progress.get_default_columns(), Rate())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
         tasks: dict[str, TaskID] = {}
 
         def show(task: str, done: int, total: int) -> None:
@@ -97,6 +103,7 @@ _ARGUMENTS = frozenset(
         "height",
         "jobs",
         "method",
+        "no_models",
         "port",
         "resume",
         "rows",
@@ -143,6 +150,12 @@ def print_result(result: object) -> None:
 def print_content(text: str) -> None:
     """Write text that another program may read to stdout: as it is, unless stdout is a terminal."""
     typer.echo(printable(text) if sys.stdout.isatty() else text, nl=False)
+
+
+def print_event(event: str, values: Mapping[str, Any]) -> None:
+    """Print one line with a JSON object about what happens, for programs, on stdout at once."""
+    typer.echo(json.dumps({"event": event, **values}, allow_nan=False))
+    sys.stdout.flush()
 
 
 def print_json(value: dict[str, Any]) -> None:

@@ -78,10 +78,10 @@ def sample(
     ] = "",
     num_models: Annotated[int, typer.Option("-n", "--num-models", help="Number of models per footprint.", min=1)] = 16,
     seed: Annotated[int, typer.Option("--seed", help="Seed. Model k of a seed is always the same.", min=0)] = 0,
-    folder: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Folder for the files. Default: out/GRAMMAR.", file_okay=False),
-    ] = None,
+    output: Annotated[
+        str,
+        typer.Option("-o", "--output", help="Folder for the files; with --no-models also a URL. Default: out/GRAMMAR."),
+    ] = "",
     attributes: Annotated[
         list[str] | None,
         typer.Option("--attr", help="Value of an attribute, name=value; may be repeated. Trees: detail=low."),
@@ -114,6 +114,15 @@ def sample(
         Path | None, typer.Option("--library", help="Folder of further projects, such as ESRI.lib, to import from.")
     ] = None,
     file_format: Annotated[FileFormat, typer.Option("--format", help="Format of the model files.")] = FileFormat.glb,
+    no_models: Annotated[
+        bool,
+        typer.Option(
+            "--no-models", help="No files of models: a row of each in Parquet tables, for many. The command continues."
+        ),
+    ] = False,
+    shard_models: Annotated[
+        int | None, typer.Option("--shard-models", help="With --no-models: models of a table. Default: 5,000.", min=1)
+    ] = None,
     single_file: Annotated[bool, typer.Option("--single-file", help="All models in one file.")] = False,
     instancing: Annotated[
         Instancing,
@@ -142,7 +151,10 @@ def sample(
     resume: Annotated[
         bool, typer.Option("--resume", help="Continue an interrupted run; damaged files are made again.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the run.")] = False,
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", help="Print one JSON object about the run; with --no-models one a line, as it goes."),
+    ] = False,
 ) -> None:
     """Sample models from a grammar or a species of trees.
 
@@ -164,7 +176,7 @@ def sample(
             earlier = read_manifest(manifest, assets)
             if was_given(context, "renderer"):
                 earlier = replace(earlier, request=replace(earlier.request, renderer=renderer.value))
-            target = folder or Path("out", earlier.request.name)
+            target = Path(output or Path("out", earlier.request.name))
             if earlier.request.image and earlier.request.renderer != "gl":
                 note_slow_pictures()
             if not resume and target.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
@@ -202,7 +214,16 @@ def sample(
             scale=scale.value,
             renderer=renderer.value,
         )
-        target = folder or Path("out", request.name)
+        if no_models:
+            from grammarlab.cli.sample_rows import sample_rows
+
+            run.needs = ""
+            _refuse_without_models(context)
+            sample_rows(request, output or str(Path("out", request.name)), shard_models, executor, run, as_json)
+            return
+        if shard_models is not None:
+            raise UsageError("--shard-models needs --no-models.")
+        target = Path(output or Path("out", request.name))
         if request.image and request.renderer != "gl":
             note_slow_pictures()
         with progress(run.note) as on_progress:
@@ -212,10 +233,18 @@ def sample(
 
 def _refuse_with_manifest(context: typer.Context) -> None:
     """Refuse options that a manifest already defines: all but folders, jobs, output and renderer."""
-    free = {"folder", "assets", "renderer", "manifest", "jobs", "scheduler", "resume", "as_json"}
+    free = {"output", "assets", "renderer", "manifest", "jobs", "scheduler", "resume", "as_json"}
     for name in context.params:
         if name not in free and was_given(context, name):
             raise UsageError(f"--manifest repeats a run with its own options: leave out {name.replace('_', ' ')}.")
+
+
+def _refuse_without_models(context: typer.Context) -> None:
+    """Refuse options of files and pictures, of which there are none."""
+    for name in ("file_format", "single_file", "instancing", "columns", "scale", "renderer"):
+        if was_given(context, name):
+            option = {"file_format": "format"}.get(name, name.replace("_", "-"))
+            raise UsageError(f"--no-models writes no files of models: leave out --{option}.")
 
 
 def _print_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+import pyarrow as pa
 
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
@@ -19,6 +20,7 @@ from grammarlab.language.attribute_values import AttributeValue, read_attributes
 from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.runs.sample.checks import check_rules, grammar_to_run, unsupported_features
 from grammarlab.runs.sample.domains import AbstractDomain, CheckedText
+from grammarlab.runs.sample.model_rows import ModelRows, forest_columns
 from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene, lots_of, property_remarks
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import SUFFIX
@@ -83,6 +85,23 @@ class GrammarModels(AbstractModels):
             accepted=accepted.is_accepted.tolist(),
             save=save,
         )
+
+    def rows(self, request: SampleRequest, batch: Batch) -> ModelRows:
+        accepted = self.source.derive(lots_of(request, batch, self.source.grammar))
+        forest = accepted.forest
+        return ModelRows(
+            columns=forest_columns(forest),
+            num_shapes=len(forest.nodes),
+            log_density=pa.array(forest.log_probability()),
+            tries=accepted.tries,
+            accepted=accepted.is_accepted,
+            prints=forest.prints,
+            missing_assets=forest.missing_assets,
+            warnings=forest.warnings,
+        )
+
+    def legend(self) -> dict[str, Any]:
+        return {"sites": [asdict(site) for site in self.source.program.sites]}
 
     def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:
         from grammarlab.runs.sample.derivations import load_forest  # noqa: PLC0415

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.derivation.lots import Lots
@@ -18,7 +18,8 @@ from grammarlab.runs.sample.domains import opened_models
 from grammarlab.runs.sample.request import BATCH_MODELS, AttributeValue, SampleRequest
 from grammarlab.scene import Scene
 
-if TYPE_CHECKING:  # it loads libraries that grammars do without
+if TYPE_CHECKING:  # these load libraries that most runs do without
+    from grammarlab.runs.sample.model_rows import ModelRows
     from grammarlab.trees.planting import Crowns
 
 Report = Mapping[str, Mapping[str, float | int | None]]
@@ -115,6 +116,14 @@ class AbstractModels(ABC):
     @abstractmethod
     def make(self, request: SampleRequest, batch: Batch) -> MadeModels:
         """A batch of a request."""
+
+    @abstractmethod
+    def rows(self, request: SampleRequest, batch: Batch) -> ModelRows:
+        """A batch of a request without geometry."""
+
+    @abstractmethod
+    def legend(self) -> dict[str, Any]:
+        """Meaning of the numbers in the columns of `rows`, as plain values."""
 
     @abstractmethod
     def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:

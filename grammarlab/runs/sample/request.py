@@ -26,7 +26,7 @@ from grammarlab.runs.work.json_members import member, numbers, of_kind, plain_va
 Instancing = Literal["none", "nodes", "gpu"]
 Scale = Literal["same", "each"]
 
-MAX_MODELS = 10_000_000
+MAX_MODELS = 10**12
 """Largest number of models of a run."""
 BATCH_MODELS = 64
 """Number of models of a batch: small enough to lose little when a run is interrupted."""

@@ -39,6 +39,8 @@ from grammarlab.scene.scene_pictures import with_pictures
 
 TILE_AREA = 320 * 320
 """Pixels of the picture of one model."""
+MAX_FILES = 2_000_000
+"""Largest number of models of a run with model files: a manifest has some 400 bytes for each, and 1 GiB at most."""
 _SHEET_MODELS = 144
 """Largest number of models on the sheet; of more, the first ones are shown."""
 
@@ -160,6 +162,11 @@ def sample_run(
     ['tower-00000.glb', 'tower-00001.glb']
     """
     folder = Path(folder)
+    if request.total_models > MAX_FILES:
+        raise UsageError(
+            f"expected at most {MAX_FILES:,} models with files, found {request.total_models:,}. Sample them without "
+            "files, as rows of tables (`no_models=True`)."
+        )
     # Errors in the rules and options come before anything is written or removed.
     models = models_of(request)
     models.check(request)

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+import pyarrow as pa
 import shapely
 
 from grammarlab.arrays import Floats, Ints
@@ -22,6 +23,7 @@ from grammarlab.language.attribute_values import AttributeValue, length, named_v
 from grammarlab.language.grammar import read_text
 from grammarlab.randomness import Keys, root_keys, uniforms
 from grammarlab.runs.sample.domains import SPECIES, AbstractDomain, CheckedText
+from grammarlab.runs.sample.model_rows import ModelRows
 from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene, Report
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.tree_table import FILES, TreeTable
@@ -102,6 +104,21 @@ class SpeciesModels(AbstractModels):
             accepted=table.is_accepted.tolist(),
             save=lambda folder: (table.save(folder), FILES)[1],
         )
+
+    def rows(self, request: SampleRequest, batch: Batch) -> ModelRows:
+        parts = [self._drawn(request, batch, *lot) for lot in _lots(request, batch)]
+        table = TreeTable.joined([table for table, _ in parts])
+        places = {f"position.{axis}": pa.array(table.position[:, k].copy()) for k, axis in enumerate("xyz")}
+        parameters = {f"parameter.{name}": pa.array(table.rows[:, k].copy()) for k, name in enumerate(COLUMNS)}
+        return ModelRows(
+            columns={"kind": pa.array(table.kind), "heading": pa.array(table.heading), **places, **parameters},
+            log_density=pa.array([density for _, densities in parts for density in densities], pa.float64()),
+            tries=table.tries,
+            accepted=table.is_accepted,
+        )
+
+    def legend(self) -> dict[str, Any]:
+        return {"kinds": [{"weight": kind.weight, "means": kind.means} for kind in self.species.kinds]}
 
     def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:
         return (scene for _, scene in self._grown(TreeTable.load(folder)))

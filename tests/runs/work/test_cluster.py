@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 
 from grammarlab.errors import LanguageError, UsageError, WorkerError
+from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.shard_run import sample_shards
 from grammarlab.runs.work.cluster import TASKS_PER_THREAD
 from grammarlab.runs.work.cluster_connection import Connection
 from grammarlab.runs.work.executor_choice import executor_of
@@ -19,11 +21,23 @@ from grammarlab.runs.work.machine import Machine, this_machine
 from tests.runs import tasks
 from tests.runs.dask_processes import DaskCluster, dask_cluster
 
+REQUEST = SampleRequest(
+    name="tower", text="Lot --> extrude(rand(3, 9)) Tower", assets=Path(), num_models=25, seed=3, image=False
+)
+
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory):
-    with dask_cluster(tmp_path_factory.mktemp("dask"), 3) as running:
+    with dask_cluster(tmp_path_factory.mktemp("dask"), 4) as running:
         yield running
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """Files of a run of this process."""
+    folder = tmp_path_factory.mktemp("whole")
+    sample_shards(REQUEST, folder, shard_models=1)
+    return files(folder)
 
 
 @pytest.fixture(scope="module")
@@ -62,12 +76,31 @@ def test_tasks_are_taken_as_there_is_room_for_them(executor: AbstractExecutor):
     def then(_index: int, _result: int) -> None:
         nonlocal done
         done += 1
-        assert latest - done <= TASKS_PER_THREAD * 3
+        assert latest - done <= TASKS_PER_THREAD * 4
         if done == 40:
             raise StopIteration("enough")
 
     with pytest.raises(StopIteration, match="enough"):
         executor.run(tasks.square, endless(), then)
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_worker_that_is_killed_changes_no_byte(
+    executor: AbstractExecutor, cluster: DaskCluster, tmp_path: Path, whole: dict[str, bytes]
+):
+    done: list[int] = []
+
+    def note(_what: str, count: int, _total: int) -> None:
+        done.append(count)
+        if count == 5:
+            cluster.kill_worker()
+
+    assert sample_shards(REQUEST, tmp_path, shard_models=1, executor=executor, on_progress=note).num_made == 25
+    assert done == list(range(26))
+    assert files(tmp_path) == whole
 
 
 def test_a_task_that_kills_its_worker_is_named_and_not_the_one_beside_it(
@@ -82,12 +115,20 @@ def test_a_task_that_kills_its_worker_is_named_and_not_the_one_beside_it(
     assert sum(worker.poll() is None for worker in cluster.workers) == 1
 
 
-def test_a_scheduler_that_dies_is_an_error_and_none_is_a_hint(executor: AbstractExecutor, cluster: DaskCluster):
-    def then(_index: int, _result: int) -> None:
-        cluster.kill_scheduler()
+def test_a_run_goes_on_elsewhere_when_its_scheduler_dies(
+    executor: AbstractExecutor, cluster: DaskCluster, tmp_path: Path, whole: dict[str, bytes]
+):
+    def kill(_what: str, count: int, _total: int) -> None:
+        if count == 5:
+            cluster.kill_scheduler()
 
     with pytest.raises(WorkerError, match=r"scheduler at tcp://127\.0\.0\.1:\d+ is gone"):
-        executor.run(tasks.square, range(1000), then)
+        sample_shards(REQUEST, tmp_path, shard_models=1, executor=executor, on_progress=kill)
+    finished = {name: content for name, content in files(tmp_path).items() if name.startswith("shards")}
+    assert 5 <= len(finished) < 25
+    assert finished.items() <= whole.items()
+    assert sample_shards(REQUEST, tmp_path, shard_models=1).num_made == 25 - len(finished)
+    assert files(tmp_path) == whole
     with pytest.raises(UsageError, match="expected a Dask scheduler at 'here', found none"):
         executor_of(0, "here")
 
