@@ -9,6 +9,7 @@
 # pictures  the pictures of the guide
 # plausible-trees   how many trees each clause of T1 removes
 # species-pictures  the pictures of bark and leaves of the shipped species
+# cga-pictures  the pictures of the operations of CGA
 # tree-parameters  the pictures of every parameter of trees, and of the species
 # quarter  a quarter of a city with three zones learned from simulated persons, in out/quarter
 # quarter-pictures  the same, and its pictures for the documentation
@@ -28,7 +29,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures tree-parameters plausible-trees quarter quarter-pictures park format clean chromium
+.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures cga-pictures tree-parameters plausible-trees quarter quarter-pictures park format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -125,6 +126,9 @@ scan-pictures: $(VENV)/.dev
 
 species-pictures: $(VENV)/.dev
 	$(BIN)/python -m docs.gen.species_pictures grammars/species/assets
+
+cga-pictures: $(VENV)/.dev
+	$(BIN)/python -m docs.gen.cga_pictures
 
 plausible-trees: $(VENV)/.dev
 	$(BIN)/python -m docs.gen.tree_clauses docs/evaluation/plausible_trees.md

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from docs.gen import api, cga, commands, formats, tree_parameters
+from docs.gen import api, cga, cga_reference, commands, formats, tree_parameters
 
 DOCS = Path(__file__).parents[1]
 
@@ -19,7 +19,9 @@ GENERATORS: Mapping[str, Callable[..., str]] = {
     "cga": cga.tables,
     "commands": commands.overview,
     "formats": formats.table,
+    "functions": cga_reference.functions,
     "measures": tree_parameters.measures,
+    "operations": cga_reference.operations,
     "options": commands.options,
     "trees": tree_parameters.sections,
 }

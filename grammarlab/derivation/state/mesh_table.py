@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -140,8 +141,9 @@ class MeshTable:
         return (np.bincount(known, minlength=len(different)) > 0)[inverse]
 
     def freeze(self) -> Meshes:
-        """All meshes, in the order of their ids."""
-        return Meshes.concatenate(self._batches)
+        """All meshes, in the order of their ids, without the names of faces, whose numbers hold here only."""
+        whole = Meshes.concatenate(self._batches)
+        return whole if whole.tags.dtype == np.int8 else replace(whole, tags=whole.roles.astype(np.int8))
 
     def _with_boxes(self, ids: NDArray[np.integer]) -> NDArray[np.integer]:
         """Ids [N] in which boxes with orders of their own are stored meshes."""

@@ -111,6 +111,7 @@ def test_a_model_with_tags_is_the_same_in_a_batch() -> None:
     own = batch.nodes.model[batch.leaves.node] == 5
     assert np.array_equal(batch.leaves.size[own], last.leaves.size)
     assert batch.prints[len(batch.prints) - len(last.prints) :] == last.prints
+    assert batch.meshes.tags.dtype == last.meshes.tags.dtype == np.int8  # numbers of tags hold in one derivation only
 
 
 def test_a_wildcard_in_a_tag_is_left_out_with_a_warning() -> None:
