@@ -36,7 +36,7 @@ from grammarlab.derivation.state.shapes import FOOTPRINT, Ids, Shapes, concatena
 from grammarlab.derivation.state.surroundings import Collector, Surroundings, visible
 from grammarlab.derivation.state.tag_table import TagTable
 from grammarlab.derivation.state.trim_planes import NONE, TRIM, TrimPlanes
-from grammarlab.derivation.state.workspace import Budget, Workspace
+from grammarlab.derivation.state.workspace import Budget, Workspace, nothing
 from grammarlab.derivation.strings import StringTable
 from grammarlab.errors import BudgetError, UsageError
 from grammarlab.geometry.meshes.measure import face_normals
@@ -474,7 +474,11 @@ def _run(program: Program, workspace: Workspace, starts: Ids) -> None:
     different = np.unique(starts).tolist()
     for start in different:
         pending[start].append(roots if len(different) == 1 else roots.take(np.flatnonzero(starts == start)))
-    workspace.finish()
+    try:
+        workspace.finish()
+    finally:
+        # What refers to itself stays in memory until the collector of cycles comes, some hundred megabytes later.
+        workspace.finish = nothing
 
 
 def _finish(program: Program, workspace: Workspace) -> None:

@@ -50,7 +50,7 @@ class Budget:
     """Largest depth of nested calls of functions."""
 
 
-def _nothing() -> None:
+def nothing() -> None:
     """Nothing to finish yet."""
 
 
@@ -104,7 +104,7 @@ class Workspace:
     """Shapes for the queries of a second derivation, in the first one of a grammar with spatial queries."""
     surroundings: Surroundings | None = None
     """Shapes that spatial queries see, in the second derivation; otherwise they have their default values."""
-    finish: Callable[[], None] = field(default=_nothing)
+    finish: Callable[[], None] = field(default=nothing)
     """Applies the rules of all pending shapes; set when the derivation begins."""
     inline_depth: int = 0
     compared_pairs: int = 0

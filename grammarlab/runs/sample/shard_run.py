@@ -38,8 +38,8 @@ from grammarlab.runs.work.shard_store import AbstractStore, store_at
 
 INDEX = "index.parquet"
 """Table with a row per shard: shard, file, first_model, num_models, num_bytes."""
-_SHAPES_AT_ONCE = 150_000
-"""Shapes that are derived at once, a budget: some 100 MB."""
+_SHAPES_AT_ONCE = 500_000
+"""Shapes that are derived at once, a budget: some 150 MB."""
 _MOST_MODELS_AT_ONCE = 4096
 _MOST_TEXTS = 20
 """Largest number of printed texts of a shard that are reported."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import re
 
 import numpy as np
 import pytest
 
 from grammarlab.derivation import Budget, derive
+from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import BudgetError, DerivationError, UsageError
 from grammarlab.language.grammar import Grammar
 
@@ -128,3 +130,14 @@ def test_a_box_stands_for_an_asset_that_cannot_be_read(tmp_path, name, content, 
     assert (bad.path, bad.location.line, bad.location.column) == (name, 1, 20)
     assert name in bad.reason
     assert reason in bad.reason
+
+
+def test_nothing_of_a_derivation_waits_for_the_collector_of_cycles():
+    grammar = Grammar.parse("Lot --> 50%: extrude(rand(3, 9)) Tower else: inline(Tower)")
+    gc.collect()
+    gc.disable()
+    try:
+        derive(grammar, 4, seed=1)
+        assert not any(isinstance(value, Workspace) for value in gc.get_objects())
+    finally:
+        gc.enable()
