@@ -38,7 +38,9 @@ _WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+\d*|[A-Z]+\d*|\d+|[^\W_a-z
 """A word of an identifier: ``GroundFloor``, ``GFA_total``."""
 _IDENTIFIER = r"[^\W\d]\w*(?:\.\w+)*"
 _TOKEN = re.compile(rf"(?<![\w.#]){_IDENTIFIER}")
-_CHOICE = re.compile(rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<place>(?: \d+)?)(?P<sign> [→=≠] )(?P<one>{_IDENTIFIER})\.?")
+_CHOICE = re.compile(
+    rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<place>(?: \d+)?)(?P<sign> [→=≠] )(?P<one>{_IDENTIFIER})\b(?! and )\.?"
+)
 _BRANCH = re.compile(
     rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<place>(?: \d+)?)(?P<sign> [→=≠] | \()"
     r"(?:(?:[\d.e+-]+%, )?(?P<line>line \d+)\b|(?P<share>[\d.e+-]+%))"

@@ -208,6 +208,13 @@ def test_a_branch_has_no_percentage_in_its_name_if_models_differ_in_it():
         assert found == expected
 
 
+def test_a_branch_is_named_after_what_it_makes_together_if_no_other_one_makes_that():
+    rules = "Lot --> Part Part  Part --> 25% : L R 25% : L 25% : R else : NIL  L --> Stone. R --> Stone."
+    table = extract(derive(Grammar.parse(rules), 60, 1), Options(1))
+    found = {name.split(" → ")[1] for name in table.names if name.startswith("Part → ")}
+    assert found == {"L and R", "only L", "only R", "nothing"}
+
+
 def test_each_pair_of_adjacent_siblings_is_a_group_of_its_own():
     table = extract(towers(300), Options(1, draws=False, adjacent_pairs=True))
     pairs = [column for column, feature in enumerate(table.features) if " + " in str(feature)]

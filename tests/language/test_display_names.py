@@ -39,6 +39,7 @@ groundfloor --> Wall
         ("number of GroundFloorShop", "number of Ground floor shop"),
         ("GroundFloor = GroundFloorShop, Wall ≠ Lot", "Ground floor = Shop, Wall ≠ Lot"),
         ("GroundFloor 2 → GroundFloorOfficeHall", "Ground floor 2 → Office hall"),
+        ("GroundFloor = GroundFloorShop and WallColor", "Ground floor = Ground floor shop and Wall color"),
         ("WallColor = 30%, line 15", "Wall color = red"),
         ("Lot › WallColor → line 16 (60)", "Lot › Wall color → blue (60)"),
         ("WallColor (40%) › Wall", "Wall color (old wall) › Wall"),

@@ -111,11 +111,20 @@ class ColumnNames:
             numbers = [counts[symbol] for counts in (counter, *elsewhere)]
             if len(set(numbers)) == len(numbers):
                 return f"{counter[symbol]} {symbol}" if counter[symbol] else f"no {symbol}"
+        if all(other.keys() != counter.keys() for other in elsewhere):
+            return self._together(counter, elsewhere)
         line = f"line {labels.rules[label].line}"
         chance = self._percentage(label)
         if not chance or any(math.isnan(labels.chances[other]) for other in others):
             return line
         return chance if all(self._percentage(other) != chance for other in others) else f"{chance}, {line}"
+
+    def _together(self, counter: Counter[str], elsewhere: list[Counter[str]]) -> str:
+        """What a branch makes, if no other one makes just these symbols."""
+        if not counter:
+            return "nothing"
+        only = "only " if any(counter.keys() < other.keys() for other in elsewhere) else ""
+        return only + " and ".join(symbol.removesuffix(".") for symbol in counter)
 
     def _percentage(self, label: int) -> str:
         chance = self._labels.chances[label]
