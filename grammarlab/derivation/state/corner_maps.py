@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, index_in_row, take_rows
+from grammarlab.arrays import Floats, distinct_rows, index_in_row, take_rows
 from grammarlab.derivation.forest import Leaves
 from grammarlab.derivation.state.shapes import Ids, Shapes
 from grammarlab.derivation.state.texture_maps import DELETED, FACES, NONE, WORLD, map_ids, with_maps
@@ -129,10 +129,9 @@ def _mapped(leaves: Leaves, workspace: Workspace) -> Leaves:
     rows, source, is_map = rows[changed], source[changed], is_map[changed]
     maps = np.full((len(rows), 2, 4), np.nan)
     maps[is_map] = table.take(ids[rows[is_map]])
-    key = np.column_stack([leaves.mesh[rows], source, np.nan_to_num(maps[:, :, [0, 1, 3]]).reshape(-1, 6)])
-    _, first, inverse = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    first, number = distinct_rows(leaves.mesh[rows], source, maps)
     mesh, texture_map = leaves.mesh.copy(), leaves.texture_map.copy()
-    mesh[rows] = _with_coordinates(leaves.mesh[rows[first]], source[first], maps[first], workspace)[inverse.ravel()]
+    mesh[rows] = _with_coordinates(leaves.mesh[rows[first]], source[first], maps[first], workspace)[number]
     texture_map[rows] = NONE
     return replace(leaves, mesh=mesh, texture_map=texture_map)
 
