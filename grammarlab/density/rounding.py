@@ -11,7 +11,7 @@ from grammarlab.arrays import Floats
 
 EXACT = 0.0
 """Step of exact probabilities."""
-_DIGITS = 12
+DIGITS = 12
 """Number of decimals of a probability; further decimals are rounding errors."""
 
 
@@ -34,7 +34,7 @@ def rounded(probabilities: Sequence[float], step: float) -> list[float]:
     result = np.where(result > 0.0, result, [float(f"{p:.0e}") for p in exact])
     largest = int(exact.argmax())
     result[largest] = 1.0 - np.delete(result, largest).sum()
-    result = np.round(result, _DIGITS)
+    result = np.round(result, DIGITS)
     return result.tolist() if (result > 0.0).all() else list(probabilities)
 
 

@@ -19,6 +19,10 @@ Rows = ArrayLike | sparse.sparray | sparse.spmatrix
 
 MAX_SCORE = 100.0
 """Highest score; the lowest is 0 for disliked models."""
+MIN_SHARE = 1e-3
+"""Smallest share of one of several explanations in predictions; those below it are left out."""
+MANY_LABELS = 160
+"""Number of labels from which on a part of the searches, or of the labels, is enough. More are only slower."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,12 +17,20 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from grammarlab.arrays import Floats
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.base import (
+    MANY_LABELS,
+    MAX_SCORE,
+    AbstractPreference,
+    Prediction,
+    Relevance,
+    Rows,
+    rows_to_predict,
+)
 from grammarlab.preference.belief import SURE, belief, believed, process_gain
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import level_of
-from grammarlab.preference.held_out_share import MAX_HELD_OUT, Fitted, held_out
+from grammarlab.preference.held_out_share import Fitted, held_out
 from grammarlab.preference.judge import judge
 from grammarlab.preference.judge.judged_labels import selected
 from grammarlab.preference.lines import line_preference
@@ -240,7 +248,7 @@ def fit(
     numbers = checked_groups(groups, table.shape[1])
     drawn = checked_kinds(continuous, len(numbers))
     cells = partition.fit(table, values, groups=numbers, continuous=drawn, priors=priors, seed=seed)
-    starts = NUM_FEWER_STARTS if len(values) > MAX_HELD_OUT else None
+    starts = NUM_FEWER_STARTS if len(values) > MANY_LABELS else None
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
     flat = _unexplained(table, cells, seed)
     chosen, likely = selected(values), np.ones(len(numbers)) if priors is None else np.asarray(priors, np.float64)

@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.base import MANY_LABELS, MAX_SCORE
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import observe
@@ -44,8 +44,6 @@ _MIN_SHARE = 0.005
 """Share of the process below which it is left out."""
 NUM_FOLDS = 3
 """Number of parts of the labels, each held out once."""
-MAX_HELD_OUT = 160
-"""Largest number of labels that are held out in turn; of more, a part with the same distribution of scores."""
 _MIN_LIKED = 1.0
 """Smallest value of a liked design, in points."""
 
@@ -126,8 +124,8 @@ def held_out(rows: Floats, scores: Floats, continuous: Flags, seed: int, parts: 
 
 
 def some_labels(num: int, seed: int) -> Ints:
-    """Indices of at most `MAX_HELD_OUT` of a number of labels, ascending."""
-    return np.sort(np.random.default_rng(seed).permutation(num)[:MAX_HELD_OUT])
+    """Indices of at most `MANY_LABELS` of a number of labels, ascending."""
+    return np.sort(np.random.default_rng(seed).permutation(num)[:MANY_LABELS])
 
 
 def _share(rows: Floats, scores: Floats, predicted: Floats, cells: PartitionPreference) -> float:

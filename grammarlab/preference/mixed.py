@@ -17,12 +17,12 @@ from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.base import MAX_SCORE, Rows
+from grammarlab.preference.base import MANY_LABELS, MAX_SCORE, Rows
 from grammarlab.preference.belief import belief, believed
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
-from grammarlab.preference.held_out_share import MAX_HELD_OUT, NUM_FOLDS, PROCESS_SHARES, Sketch, mean_share
+from grammarlab.preference.held_out_share import NUM_FOLDS, PROCESS_SHARES, Sketch, mean_share
 from grammarlab.preference.labels import Kind
 from grammarlab.preference.observations import checked_groups, checked_kinds
 from grammarlab.preference.person import MODEL_NOISE, START_NOISES, USUAL_BLUNDERS, Intervals, Person, matched
@@ -146,7 +146,7 @@ def _judged(
     fold_of = randomness.permutation(NUM_FOLDS * (1 + num_rows // NUM_FOLDS))[:num_rows] % NUM_FOLDS
     first, compared = judgements.first, judgements.second >= 0
     second = np.where(compared, judgements.second, first)
-    selected = np.sort(randomness.permutation(num_labels)[:MAX_HELD_OUT])
+    selected = np.sort(randomness.permutation(num_labels)[:MANY_LABELS])
     alone = _alone(observed.bounds, compared).take(selected)
     chance = _chance(judgements)
     flat = unexplained(alone, fold_of[first[selected]], cells.cells.grid, (_error(cells),))

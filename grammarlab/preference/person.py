@@ -56,6 +56,11 @@ USUAL_BLUNDERS = 0.05
 NOISE_PRIOR = (1.0, 1.0)
 """For a model that needs a density of sigma: the median in points, and the standard deviation of log sigma."""
 
+DISLIKED = 0.25
+"""Prior probability that a value is 0."""
+_VALUE_STEP = 4.0
+"""Step of the possible values, in points."""
+
 HALF_STEP = 0.5
 """h, in points."""
 STAR_HALF_STEP = 12.5
@@ -161,6 +166,11 @@ def intervals_of_kinds(scores: Floats, kinds: Sequence[Kind], middle: float) -> 
         length = np.where(of_kind, steps.length, length)
     looks = np.where(rather | tied, 2.0, 1.0)
     return Intervals(low, high, length, looks, np.zeros(len(names)))
+
+
+def possible_values() -> Floats:
+    """[G] possible values of designs in points, from 0 to 100 in even steps."""
+    return np.arange(0.0, MAX_SCORE + _VALUE_STEP / 2.0, _VALUE_STEP)
 
 
 def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blunders: float) -> Singles:

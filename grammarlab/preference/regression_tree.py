@@ -20,10 +20,9 @@ from grammarlab.arrays import Floats, Ints
 
 _MAX_CODES = 128
 """Largest number of different values of a column; more are divided into this number of ranges of equal size."""
-_MIN_GAIN = 1e-9
-"""Smallest gain of a split, as a share of the mean value."""
-_TIE_TOLERANCE = 1e-9
-"""Relative difference of gains that count as equal; then the first column is used."""
+_TOLERANCE = 1e-9
+"""Relative difference of gains that count as equal: then the first column is used. As a share of the mean value, the
+smallest gain of a split."""
 _MAX_CODES_AT_ONCE = 1 << 22
 """Number of codes that are summed at once."""
 
@@ -76,7 +75,7 @@ class _Growth:
         self.rows, self.roots, self.weights, self.columns = rows, roots, weights, columns
         self.codes, self.edges = _coded(rows, columns)
         self.width = max([1, *(len(edges) + 1 for edges in self.edges)])
-        self.least = _MIN_GAIN * float(weights @ roots**2)
+        self.least = _TOLERANCE * float(weights @ roots**2)
 
     def run(self, max_leaves: int) -> tuple[Split, ...]:
         leaf_rows = [np.arange(len(self.roots))]
@@ -100,7 +99,7 @@ class _Growth:
         if len(rows) < 2 or not len(self.columns) or np.ptp(self.roots[rows]) == 0.0:
             return
         gains = np.concatenate([self._gains(rows, first, last) for first, last in pairwise(self._parts(len(rows)))])
-        best = int(np.argmax(gains.max(axis=1) >= gains.max() * (1.0 - _TIE_TOLERANCE)))
+        best = int(np.argmax(gains.max(axis=1) >= gains.max() * (1.0 - _TOLERANCE)))
         code = int(gains[best].argmax())
         if gains[best, code] > self.least:
             heappush(waiting, (-float(gains[best, code]), leaf, best, code))

@@ -13,10 +13,8 @@ from grammarlab.density.exact.inside import InsideWeights, branch_weights
 from grammarlab.density.exact.splitting import PLAIN, Splitting, Variant, Way
 from grammarlab.density.exact.trimming import Trimming, Ways
 from grammarlab.density.grammar_skeleton import Alternative, Body, Chance, leaves
+from grammarlab.density.rounding import DIGITS
 from grammarlab.language.numbering import Branch
-
-_DIGITS = 12
-"""Decimals of probabilities of equal rules."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +100,7 @@ class WrittenRules:
         """The probabilities of a part of a rule, and the kinds of its successors."""
         if isinstance(body, Alternative):
             weights = np.array([self.weights.way(way) for way in ways.get(body.branch, ())])
-            shares = np.round(weights / weights.sum(), _DIGITS).tolist() if len(weights) else []
+            shares = np.round(weights / weights.sum(), DIGITS).tolist() if len(weights) else []
             below = [
                 tuple((index, kinds[child]) for index, child in sorted(way.children.items()))
                 for way in ways.get(body.branch, ())
@@ -112,7 +110,7 @@ class WrittenRules:
         if not isinstance(body, Chance) or body.probabilities is None:
             return tuple(inner)
         weights = self._weights_of(variant, body, ways)
-        return tuple(np.round(weights / max(weights.sum(), np.finfo(np.float64).tiny), _DIGITS).tolist()), tuple(inner)
+        return tuple(np.round(weights / max(weights.sum(), np.finfo(np.float64).tiny), DIGITS).tolist()), tuple(inner)
 
     def _weights_of(self, variant: Variant, chance: Chance, ways: Ways) -> Floats:
         base_weights = branch_weights(chance, self.splitting.base) or (1.0,) * len(chance.branches)

@@ -29,7 +29,7 @@ from grammarlab.density.grammar_skeleton import TreeGrammar
 from grammarlab.density.samples.blocks import BlockFit, Gated, dependent_choices, fit_blocks, gated
 from grammarlab.density.samples.choices import Choices
 from grammarlab.density.samples.levels import Shrinkage
-from grammarlab.density.samples.mixture import Cells, Mixture, fit_mixture
+from grammarlab.density.samples.mixture import HELD_OUT_STRIDE, SMOOTHING, Cells, Mixture, fit_mixture
 from grammarlab.density.samples.sampled import written
 from grammarlab.density.targets.target import Target
 from grammarlab.derivation.compiler import compile_grammar
@@ -48,10 +48,6 @@ _NUM_RANGES = 16
 """Number of ranges of a drawn number if probabilities are shrunk."""
 _MIN_HELD_OUT_EXAMPLES = 50
 """Number of examples from which some are held out to judge a mixture."""
-_HELD_OUT_STRIDE = 5
-"""One example in 5 is held out."""
-_SMOOTHING = 0.5
-"""Weight of the original grammar in each component of a mixture, as a number of derivations."""
 _MAX_GROWTH = 2
 """Largest ratio of the number of rules to that of the original grammar, if any of the candidates satisfies it."""
 _EXTRA_DERIVATIONS = 20.0
@@ -174,7 +170,7 @@ def _tied(
         return fit.mixture, fit.evidence
     cells, is_held_out = (
         Cells(choices.original, choices.choice),
-        np.arange(len(weights)) % _HELD_OUT_STRIDE == _HELD_OUT_STRIDE - 1,
+        np.arange(len(weights)) % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1,
     )
     rivals = (
         _shrunk(choices, counts[~is_held_out], weights[~is_held_out], extents, True).mixture,
@@ -187,7 +183,7 @@ def _tied(
     # The rule of one standard error: smaller gains may be random.
     if gain.sum() <= np.sqrt(len(gain)) * gain.std() or not weights[~is_held_out].any():
         return fit.mixture, fit.evidence
-    return _by_em(cells, counts, weights), fit.evidence + float(gain.sum()) * _HELD_OUT_STRIDE
+    return _by_em(cells, counts, weights), fit.evidence + float(gain.sum()) * HELD_OUT_STRIDE
 
 
 def _by_em(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Mixture:
@@ -203,7 +199,7 @@ def _by_em(cells: Cells, counts: sparse.csr_array, weights: Floats) -> Mixture:
         weights,
         dependent_choices(informative_cells, informative_counts, weights),
     ).mixture
-    share = (_SMOOTHING / (fit.weights * weights.sum() + _SMOOTHING))[:, None]
+    share = (SMOOTHING / (fit.weights * weights.sum() + SMOOTHING))[:, None]
     probabilities = np.repeat(cells.original[None], len(fit.weights), axis=0)
     probabilities[:, chosen] = (1.0 - share) * fit.probabilities + share * informative_cells.original
     return Mixture(fit.weights, probabilities)

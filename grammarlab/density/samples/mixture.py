@@ -27,6 +27,10 @@ _NEIGHBOUR_SHARE = 1e-3
 """Neighbours differ by less than this share of the largest difference (section 4.6)."""
 _LOG_OF_ZERO = -1e30
 """Replacement for the logarithm of 0, since its product with a count of 0 would be NaN."""
+HELD_OUT_STRIDE = 5
+"""One model in 5 is held out to choose the number of components."""
+SMOOTHING = 0.5
+"""Number of derivations by the original grammar in each component, before held-out models are evaluated."""
 _MAX_DENSE = 50_000_000
 """Largest size of dense tables of counts; larger ones are sparse."""
 _BLOCK_ROWS = 1_000

@@ -33,7 +33,16 @@ from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.grammar_skeleton import TreeGrammar
 from grammarlab.density.samples.choices import Choices, relevant_choices
 from grammarlab.density.samples.mixing import ContextNames, as_splitting
-from grammarlab.density.samples.mixture import Cells, Mixture, cluster, dense, fit_mixture, merged
+from grammarlab.density.samples.mixture import (
+    HELD_OUT_STRIDE,
+    SMOOTHING,
+    Cells,
+    Mixture,
+    cluster,
+    dense,
+    fit_mixture,
+    merged,
+)
 from grammarlab.density.targets.ranges import even_cuts, range_ends, with_ranges
 from grammarlab.density.targets.rejection import MAX_PROPOSALS, Progress, silent
 from grammarlab.density.targets.target import Target
@@ -52,8 +61,6 @@ NUM_SAMPLES = 5_000
 """Default number of models to learn from, as in the paper."""
 MAX_COMPONENTS = 128
 """Largest number of components at the start."""
-_HELD_OUT_STRIDE = 5
-"""One model in 5 is held out to choose the number of components."""
 _NUM_RANGES = 12
 """Number of ranges of a drawn number that the preference reads by its value."""
 _RANGE_COUNTS = (24, 16, 12, 8, 6, 4)
@@ -62,8 +69,6 @@ _EM_TOLERANCE = 1e-4
 """Tolerance of EM, in nats, when mixtures are only compared."""
 _MIN_GAIN = 1.0
 """Smallest gain of another component in nats, over all held-out models."""
-_SMOOTHING = 0.5
-"""Number of derivations by the original grammar added to each component before held-out models are evaluated."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +175,7 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
     Returns:
         [N] the component that each model belongs to most.
     """
-    is_held_out = np.arange(len(sample.weights)) % _HELD_OUT_STRIDE == _HELD_OUT_STRIDE - 1
+    is_held_out = np.arange(len(sample.weights)) % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1
     if not is_held_out.any() or not sample.weights[is_held_out].any():
         return np.zeros(len(is_held_out), dtype=np.int64)
     counts, weights = sample.counts[~is_held_out], sample.weights[~is_held_out]
@@ -355,8 +360,8 @@ def _is_candidate(number: int) -> bool:
 def _smoothed(cells: Cells, mixture: Mixture, total: float) -> Mixture:
     """Components mixed with a little of the original grammar, so that none of its models is impossible."""
     mass = mixture.weights * total
-    share = (_SMOOTHING / (mass + _SMOOTHING))[:, None]
-    weights = (mass + _SMOOTHING) / (mass + _SMOOTHING).sum()
+    share = (SMOOTHING / (mass + SMOOTHING))[:, None]
+    weights = (mass + SMOOTHING) / (mass + SMOOTHING).sum()
     return Mixture(weights, (1.0 - share) * mixture.probabilities + share * cells.original)
 
 

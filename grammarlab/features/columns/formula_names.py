@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
 from grammarlab.features.patterns.pattern import (
+    ZERO,
     Apply,
     Below,
     ConstantTerm,
@@ -32,7 +33,6 @@ from grammarlab.features.patterns.pattern import (
 
 _MAX_LISTED = 4
 """Largest number of elements of a sequence that are all named."""
-_ZERO = ConstantTerm(0.0)
 _ADJACENT = "adjacent"
 _IN_PARENTHESES = re.compile(r" \([^()]*\)")
 _Edge: TypeAlias = tuple[str | None, int | None, str | None]
@@ -122,7 +122,7 @@ class _Writer:
         """The place of a choice that `which` numbers by its alternatives; empty for anything else."""
         if step.operation != "which":
             return ""
-        present = [self.steps[index] for index in step.operands if self.steps[index] != _ZERO]
+        present = [self.steps[index] for index in step.operands if self.steps[index] != ZERO]
         places = [[self._location(pattern) for pattern in self._added(alternative)] for alternative in present]
         same = set(places[0]) if places else set[str]()
         return " or ".join(dict.fromkeys(places[0])) if same and all(set(each) <= same for each in places) else ""
@@ -139,7 +139,7 @@ class _Writer:
         if step.operation == "and" and isinstance(last := operands[1], Apply) and last.operation == "==":
             first, second = (self.steps[index] for index in last.operands)
             if alike := self._alike(first):
-                return f"no {alike}" if second == _ZERO else f"all {alike}"
+                return f"no {alike}" if second == ZERO else f"all {alike}"
         return ""
 
     def _of_kinds(self, step: Apply) -> str:

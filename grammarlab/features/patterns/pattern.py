@@ -137,7 +137,8 @@ class Apply:
 
 
 Step: TypeAlias = ConstantTerm | Measure | Apply
-_ZERO = ConstantTerm(0.0)
+ZERO = ConstantTerm(0.0)
+"""The number 0 in a formula."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,7 +227,7 @@ def _application(step: Apply, steps: tuple[Step, ...], operands: Sequence[str]) 
     first, second = (steps[index] for index in step.operands)
     # A comparison of a draw with a number is read as "its threshold > 0".
     is_threshold = isinstance(first, Measure) and isinstance(first.feature, Threshold)
-    if step.operation == ">" and second == _ZERO and is_threshold:
+    if step.operation == ">" and second == ZERO and is_threshold:
         return operands[0]
     return f"({operands[0]} {step.operation} {operands[1]})"
 

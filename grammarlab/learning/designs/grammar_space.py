@@ -45,8 +45,8 @@ from grammarlab.tastes.language import Candidates, candidates
 
 _BATCH_MODELS = 1_000
 """Number of accepted models per batch."""
-_RATE_MODELS = 2_000
-"""Number of models of the grammar and of its proposal for estimating acceptance rates."""
+RATE_MODELS = 2_000
+"""Number of models for estimating an acceptance rate."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         if self.acceptance is None:
             return 0.0
         proposal_rate, grammar_rate = (
-            np.mean(self.acceptance.probabilities(derive(program, _RATE_MODELS, 0, assets=self.folder)))
+            np.mean(self.acceptance.probabilities(derive(program, RATE_MODELS, 0, assets=self.folder)))
             for program in (self.proposal.program, self.program)
         )
         return float(np.log(proposal_rate) - np.log(grammar_rate)) if min(proposal_rate, grammar_rate) > 0.0 else 0.0

@@ -26,6 +26,7 @@ from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.conditions import sites_of
 from grammarlab.features.patterns.pattern import Feature, Present
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.grammar_space import RATE_MODELS
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.simplification import TOLERANCE, simpler
 from grammarlab.learning.targets.target_density import (
@@ -54,8 +55,6 @@ _MIN_LEAF_MODELS = 60
 """Smallest number of models of the pool in each leaf."""
 _MIN_EFFECTIVE_LIKED = 200.0
 """Smallest effective number of liked models of the pool from which none in a leaf means that there are none."""
-_RATE_MODELS = 2_000
-"""Number of models for estimating the acceptance rate of an original grammar."""
 _SIZE_FACTOR = 0.75
 """Factor of the splits of the next candidate after a tree whose grammar is too large."""
 _MIN_RATE_GAIN = 1.25
@@ -290,7 +289,7 @@ def _countable(features: Sequence[Feature], grammar: Grammar, learned: LearnedGr
 def _mean(rule: Acceptance, density: PoolDensity) -> float:
     """Share of the models of the original rules that the original acceptance rule keeps."""
     program = compile_grammar(density.target.grammar)
-    forests = derive_chunks(program, _RATE_MODELS, 0, assets=density.target.assets)
+    forests = derive_chunks(program, RATE_MODELS, 0, assets=density.target.assets)
     return float(np.concatenate([rule.probabilities(forest) for forest in forests]).mean())
 
 

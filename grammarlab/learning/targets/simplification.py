@@ -43,7 +43,7 @@ _MAX_BOUND_JS = 2e-4
 """Largest loss in nats by rounder bounds."""
 _BOUND_MOVES = (0.02, 0.005, 0.001)
 """Largest moves of a bound to be rounder, as shares of the range of a quantity, largest first."""
-_HELD_OUT_STRIDE = 3
+HELD_OUT_STRIDE = 3
 """One design in 3 is held out to measure a tree that grew on the others."""
 _NUM_LEVELS = 12
 """Numbers of levels of scores for selecting columns."""
@@ -214,7 +214,7 @@ class _Path:
 
     @classmethod
     def grown(cls, rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> _Path:
-        held_out = np.arange(len(rows)) % _HELD_OUT_STRIDE == 0
+        held_out = np.arange(len(rows)) % HELD_OUT_STRIDE == 0
         if not (weights * scores)[held_out].any() or not (weights * scores)[~held_out].any():
             held_out[:] = True
         is_training = ~held_out if not held_out.all() else held_out

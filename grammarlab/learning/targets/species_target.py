@@ -26,7 +26,15 @@ from grammarlab.learning.designs.tree_columns import TreeBatch, columns_of, word
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.file_head import head
 from grammarlab.learning.targets.kinds_of_trees import Part, divisible, parts_of, with_parts
-from grammarlab.learning.targets.simplification import TOLERANCE, Predicted, Simplified, predict, simplified, smallest
+from grammarlab.learning.targets.simplification import (
+    HELD_OUT_STRIDE,
+    TOLERANCE,
+    Predicted,
+    Simplified,
+    predict,
+    simplified,
+    smallest,
+)
 from grammarlab.learning.targets.tree_conditions import rule_text
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.preference.blended import BlendedPreference
@@ -54,8 +62,6 @@ _MIN_RATE_GAIN = 1.15
 """Smallest factor of the acceptance rate by which a further kind pays."""
 _MIN_LEAF_TREES = 30
 """Smallest number of trees of the pool in a part without liked ones, to say that nothing there is liked."""
-_HELD_OUT_STRIDE = 3
-"""One tree in 3 shows what kinds would lose."""
 _NUM_DIGITS = 4
 """Number of digits of bounds of cells, which lie anywhere between two scored trees."""
 _MIN_RATE = 1e-3
@@ -287,7 +293,7 @@ def _region(pool: _Pool, values: Floats, most: int) -> SimplifiedPreference:
     """
     everywhere = SimplifiedPreference((), np.ones(1))
     liked = (values > 0.0).astype(np.float64)
-    is_held_out = np.arange(len(liked)) % _HELD_OUT_STRIDE == 0
+    is_held_out = np.arange(len(liked)) % HELD_OUT_STRIDE == 0
     rows, weights = pool.rows[~is_held_out], pool.weights[~is_held_out]
     share = liked[~is_held_out] / max(float(weights @ liked[~is_held_out] / max(weights.sum(), 1e-300)), 1e-300)
     tree = grow(rows, liked[~is_held_out], weights * (1.0 + share), pool.exact, _MAX_LEAVES, _MIN_LEAF_TREES)

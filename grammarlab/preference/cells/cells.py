@@ -17,19 +17,14 @@ from functools import cached_property
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.cells.split_ranking import Ranked, rank
 from grammarlab.preference.cells.splits import Splits
-from grammarlab.preference.person import Intervals, Singles, log_likelihood
+from grammarlab.preference.person import DISLIKED, Intervals, Singles, log_likelihood, possible_values
 
-ZERO_PROBABILITY = 0.25
-"""Prior probability that the value of a cell is 0."""
 SHARED_PROBABILITY = 0.6
 """Prior probability that it has the value of other cells, once there are `_NUM_SHARING` of them."""
 _NUM_SHARING = 6.0
 """Number of other cells from which on a cell has their values with the probability `SHARED_PROBABILITY`."""
-_GRID_STEP = 4.0
-"""Step of the even grid of values, in points."""
 _GRID_SHARE = 0.8
 """Share of the prior of new values on the even grid; the rest is on given scores."""
 _MAX_SCORES = 24
@@ -63,7 +58,7 @@ def grid_of(scores: Floats) -> Floats:
     distinct = np.unique(scores.round(3))
     if len(distinct) > _MAX_SCORES:
         distinct = np.quantile(distinct, np.linspace(0.0, 1.0, _NUM_QUANTILES))
-    return np.unique(np.concatenate([np.arange(0.0, MAX_SCORE + _GRID_STEP / 2.0, _GRID_STEP), distinct]))
+    return np.unique(np.concatenate([possible_values(), distinct]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,11 +177,11 @@ class ScoreCells:
     @cached_property
     def _base(self) -> Singles:
         """[1, G] prior of the values of a cell, independent of other cells."""
-        even = np.isin(self.grid, np.arange(0.0, MAX_SCORE + _GRID_STEP / 2.0, _GRID_STEP))
-        prior = (1.0 - ZERO_PROBABILITY) * (_GRID_SHARE * even / even.sum() + (1.0 - _GRID_SHARE) / len(self.grid))
+        even = np.isin(self.grid, possible_values())
+        prior = (1.0 - DISLIKED) * (_GRID_SHARE * even / even.sum() + (1.0 - _GRID_SHARE) / len(self.grid))
         # A person with errors gives a few points to designs of value 0; real levels are higher.
         faint = (self.grid > 0.0) & (self.grid < _FAINT_SDS * self.noise)
-        prior[0] += ZERO_PROBABILITY + (1.0 - _FAINT_FACTOR) * prior[faint].sum()
+        prior[0] += DISLIKED + (1.0 - _FAINT_FACTOR) * prior[faint].sum()
         prior[faint] *= _FAINT_FACTOR
         return prior[None].astype(np.float32)
 

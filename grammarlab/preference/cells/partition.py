@@ -30,7 +30,7 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.base import MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.box_search import NUM_PER_CHAIN, find_boxes
 from grammarlab.preference.cells.cells import ScoreCells, levels_of
 from grammarlab.preference.cells.person_error import (
@@ -71,8 +71,6 @@ _NUM_CHAINS_WITHOUT = 2
 """Number of chains of boxes of some of the labels."""
 _WARM_TEMPERATURE = 1.0
 """Temperature of draws of splits, for some of the trees."""
-_MIN_SHARE = 1e-3
-"""Smallest share of a tree in predictions; trees below it are left out."""
 _MIN_NOISE_PROBABILITY = 0.25
 """Least probability of a noise that values are averaged over, relative to the most likely one: an unlikely small one
 would make every disliked cell a little liked, and most designs are disliked."""
@@ -314,7 +312,7 @@ class PartitionPreference(AbstractPreference):
         return explained / max(float(explained.sum()), 1e-12) if explained.any() else explained
 
     def _counting(self) -> Iterator[tuple[float, Tree]]:
-        counting = self.shares >= _MIN_SHARE
+        counting = self.shares >= MIN_SHARE
         total = self.shares[counting].sum()
         for index in np.flatnonzero(counting).tolist():
             yield float(self.shares[index] / total), self.trees[index]

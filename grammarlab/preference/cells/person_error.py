@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MANY_LABELS
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
-from grammarlab.preference.cells.split_ranking import MANY_LABELS
 from grammarlab.preference.cells.splits import Splits
 from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, replanted
 from grammarlab.preference.person import (

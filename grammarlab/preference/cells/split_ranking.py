@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MANY_LABELS
 from grammarlab.preference.cells.splits import Splits, different
 from grammarlab.preference.person import Singles
 
@@ -21,8 +22,6 @@ Evidence: TypeAlias = Callable[[Singles], Floats]
 
 _NUM_LIKELY, _NUM_GAINING = 120, 60
 """Numbers of splits into two that are combined: those with the largest prior mass, after those that gain most alone."""
-MANY_LABELS = 160
-"""Number of labels above which a less careful search is enough: a third of its splits, trees and rounds is left out."""
 _NUM_MULTIWAY = 8
 """Number of splits into more parts of either kind whose parts are divided once more."""
 

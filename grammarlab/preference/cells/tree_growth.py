@@ -16,9 +16,8 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells
 from grammarlab.preference.cells.splits import Above, Split
+from grammarlab.preference.judge.score_tree import MAX_DEPTH
 
-MAX_DEPTH = 12
-"""Largest depth of a tree."""
 GUIDE_PROBABILITY = 0.5
 """Probability of a draw by the guide."""
 _AHEAD_DEPTH = 1

@@ -7,7 +7,7 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 
 MAX_LABELS = 384
-"""Largest number of labels that are judged. More are only slower."""
+"""Largest number of labels that are judged, and of a smooth leaf: time grows with the third power of their number."""
 
 
 def selected(scores: Floats) -> Ints:

@@ -17,14 +17,8 @@ from functools import cached_property
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
-from grammarlab.preference.person import log_likelihood
-
-GRID_STEP = 4.0
-"""Step of the possible values of a leaf, in points."""
-DISLIKED = 0.25
-"""Prior probability that the value of a leaf is 0."""
+from grammarlab.preference.person import DISLIKED, log_likelihood, possible_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +39,7 @@ class LeafEvidence:
             noise: standard deviation of the errors, in points.
             blunders: probability of a random score.
         """
-        return cls(unexplained, log_likelihood(scores, values(), noise, blunders).astype(np.float64))
+        return cls(unexplained, log_likelihood(scores, possible_values(), noise, blunders).astype(np.float64))
 
     @cached_property
     def terms(self) -> Floats:
@@ -67,13 +61,9 @@ class LeafEvidence:
         return float(self(self.terms[labels].sum(axis=0)))
 
 
-def values() -> Floats:
-    """[G] possible values of a leaf in points, ascending."""
-    return np.arange(0.0, MAX_SCORE + GRID_STEP / 2.0, GRID_STEP)
-
-
 def _log_prior() -> Floats:
     """[G] log of the prior of the values."""
-    prior = np.full(len(values()), (1.0 - DISLIKED) / (len(values()) - 1))
+    num = len(possible_values())
+    prior = np.full(num, (1.0 - DISLIKED) / (num - 1))
     prior[0] = DISLIKED
     return np.log(prior)

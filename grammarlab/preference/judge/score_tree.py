@@ -23,7 +23,7 @@ NODE_PRICE = float(np.log(2.0))
 _NUM_EXACT = 48
 """Number of columns of a node whose divisions are compared exactly, those that a screening ranks first. More are only
 slower."""
-_MAX_DEPTH = 12
+MAX_DEPTH = 12
 """Largest depth of a tree."""
 _PATIENCE = 12.0
 """Largest loss in nats of a division that is tried although its parts, as leaves, explain less than the node: a few
@@ -91,7 +91,7 @@ class TreeGrowth:
 
     def _grown(self, labels: Ints, used: frozenset[int], depth: int, root: int | None = None) -> ScoreTree:
         leaf = leaf_of(labels, self.evidence)
-        if len(labels) < 2 or depth >= _MAX_DEPTH or np.ptp(self.scores[labels]) == 0.0:
+        if len(labels) < 2 or depth >= MAX_DEPTH or np.ptp(self.scores[labels]) == 0.0:
             return leaf
         candidates = self._candidates(labels, used) if root is None else np.array([root])
         values, cuts = self._values(candidates, labels, used)

@@ -13,8 +13,6 @@ from grammarlab.preference.base import MAX_SCORE
 
 LENGTHS = (0.15, 0.3, 0.6, 1.2)
 """Lengths of the process, in standard deviations of the column."""
-MAX_LABELS = 384
-"""Largest number of labels of a smooth leaf: time grows with the third power."""
 _LEVEL = MAX_SCORE / 2.0
 """Prior mean of the values and prior standard deviation of their mean, in points."""
 _STEP_DEVIATION = np.sqrt(1.0 / 12.0)

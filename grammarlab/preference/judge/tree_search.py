@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Ints
+from grammarlab.preference.judge.judged_labels import MAX_LABELS
 from grammarlab.preference.judge.labelled_columns import Explanation, Labels
 from grammarlab.preference.judge.score_tree import NODE_PRICE, ScoreTree, TreeGrowth, leaf_of
 from grammarlab.preference.judge.screening import gains
-from grammarlab.preference.judge.smooth_leaf import MAX_LABELS, SmoothLeaf
+from grammarlab.preference.judge.smooth_leaf import SmoothLeaf
 from grammarlab.preference.person import NOISES, PERSONS, Person
 
 _NUM_ROOTS = 3

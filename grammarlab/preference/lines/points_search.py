@@ -28,6 +28,7 @@ _NUM_EXCHANGES = 3
 _MAX_ROUNDS = 4
 """Largest number of rounds of exchanges."""
 _MIN_CURVATURE = 1e-9
+"""Smallest curvature of a column that others nearly repeat, per squared point."""
 
 
 @dataclass(frozen=True, eq=False)

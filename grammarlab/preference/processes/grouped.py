@@ -19,7 +19,15 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.base import (
+    MAX_SCORE,
+    MIN_SHARE,
+    AbstractPreference,
+    Prediction,
+    Relevance,
+    Rows,
+    rows_to_predict,
+)
 from grammarlab.preference.factors import relevances
 from grammarlab.preference.observations import Observations, checked_groups, checked_kinds, observe, thinned
 from grammarlab.preference.processes.grouped_search import (
@@ -46,8 +54,6 @@ NUM_WARM_STARTS = 4
 """Number of explanations of the previous round used as starts, since new labels may favour another one."""
 _MIN_HIGHEST = 1e-6
 """Largest highest score in points that is no scale: the squares of smaller ones vanish."""
-_MIN_SHARE = 1e-3
-"""Smallest share of an explanation in predictions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +84,7 @@ class GroupedPreference(AbstractPreference):
 
     def predict(self, rows: Rows) -> Prediction:
         table = rows_to_predict(rows, self.num_columns)
-        counting = [explanation for explanation in self.explanations if explanation.share >= _MIN_SHARE]
+        counting = [explanation for explanation in self.explanations if explanation.share >= MIN_SHARE]
         parts = [explanation.posterior.predict(table) for explanation in counting]
         shares = np.array([explanation.share for explanation in counting])
         shares /= shares.sum()

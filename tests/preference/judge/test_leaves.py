@@ -8,9 +8,10 @@ from scipy.special import ndtr
 from scipy.stats import multivariate_normal
 
 from grammarlab.preference.judge import unexplained_scores
-from grammarlab.preference.judge.leaf_evidence import DISLIKED, LeafEvidence, values
+from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.smooth_leaf import LENGTHS, SmoothLeaf
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
+from grammarlab.preference.person import DISLIKED, possible_values
 
 
 def of_all(scores):
@@ -81,8 +82,8 @@ def test_a_leaf_has_one_value_or_any(noise, blunders):
     evidence = LeafEvidence.of(scores, unexplained, noise, blunders)
     for labels in ([0, 1], [2], [0, 2, 3], [0, 1, 2, 3]):
         total = 0.0
-        for value in values():
-            prior = DISLIKED if value == 0.0 else (1.0 - DISLIKED) / (len(values()) - 1)
+        for value in possible_values():
+            prior = DISLIKED if value == 0.0 else (1.0 - DISLIKED) / (len(possible_values()) - 1)
             low = np.where(scores <= 0.0, -np.inf, (scores - 0.5 - value) / noise)
             high = np.where(scores >= 100.0, np.inf, (scores + 0.5 - value) / noise)
             chance = np.where((scores <= 0.0) | (scores >= 100.0), 0.005, 0.01)

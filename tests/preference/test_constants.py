@@ -1,0 +1,56 @@
+"""Constants between a score and a grammar: each is described, and their number may only fall."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import grammarlab
+
+PACKAGE = Path(grammarlab.__file__).parent
+ROOMS = ("preference", "tastes", "learning", "features", "density")
+MOST = 438
+"""Largest number of constants. 120 is the target: a prior, a tolerance or a budget that nothing else implies."""
+
+
+def numbers(node: ast.AST) -> Iterator[ast.Constant]:
+    """Numbers of an expression, without those that only choose one of other constants."""
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        yield node
+    for child in ast.iter_child_nodes(node):
+        if not (isinstance(node, ast.Subscript) and child is node.slice):
+            yield from numbers(child)
+
+
+def names(node: ast.stmt) -> list[str]:
+    """Names of the constants that a statement defines by numbers."""
+    if not isinstance(node, ast.Assign | ast.AnnAssign) or node.value is None or not any(numbers(node.value)):
+        return []
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+    parts = [part for target in targets for part in (target.elts if isinstance(target, ast.Tuple) else [target])]
+    return [part.id for part in parts if isinstance(part, ast.Name) and part.id.isupper()]
+
+
+def is_text(node: ast.stmt | None) -> bool:
+    """Whether a statement is a description."""
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def constants(file: Path) -> Iterator[tuple[str, bool]]:
+    """Constants of a module, and whether each is described."""
+    body = ast.parse(file.read_text(encoding="utf-8")).body
+    for node, after in zip(body, [*body[1:], None], strict=True):
+        yield from ((name, is_text(after)) for name in names(node))
+
+
+def test_constants_are_counted():
+    body = ast.parse("A = 1.0\nB = A[0]\n_C, D = 1, 2\nE: int = len(A)\nf = 3\nG = (A, -2.5)\nH = -A[1:3]").body
+    assert [name for node in body for name in names(node)] == ["A", "_C", "D", "G"]
+
+
+def test_constants_between_a_score_and_a_grammar_are_few_and_described():
+    files = [file for room in ROOMS for file in sorted((PACKAGE / room).rglob("*.py"))]
+    found = [(f"{file.relative_to(PACKAGE)}: {name}", told) for file in files for name, told in constants(file)]
+    assert [name for name, told in found if not told] == []
+    assert len(found) <= MOST, "\n".join(name for name, _ in found)
