@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, distinct_rows
+from grammarlab.arrays import Floats, distinct, distinct_rows
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.texture_transfer import carried, with_pivot
 from grammarlab.derivation.frames import cube_indices, euler
 from grammarlab.derivation.functions.shape_measures import alike_meshes, local_meshes
 from grammarlab.derivation.state.box_orders import is_box
-from grammarlab.derivation.state.mesh_table import add_faces, normalized
+from grammarlab.derivation.state.mesh_table import add_faces, different_ids, normalized
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Shapes, as_column
 from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -280,11 +280,11 @@ def mirror_scope(call: BoundCall) -> Shapes:
     A scope with one or three reversed axes is left-handed until a derivation ends (`MeshTable.right_handed`).
     """
     columns = [np.broadcast_to(np.asarray(_truths(call, argument)), call.shapes.num) for argument in call.arguments]
-    flips = np.stack(columns, axis=1)
-    different, kind = np.unique(flips, axis=0, return_inverse=True)
-    for number, reversed_axes in enumerate(different.tolist()):
-        if any(reversed_axes):
-            shapes = where(call, kind == number, lambda part, axes=reversed_axes: _reversed_scope(part, axes))
+    codes = sum(column.astype(np.int64) << axis for axis, column in enumerate(columns))
+    for code in distinct(np.asarray(codes), 8).tolist():
+        if code:
+            reversed_axes = [bool(code >> axis & 1) for axis in range(3)]
+            shapes = where(call, codes == code, lambda part, axes=reversed_axes: _reversed_scope(part, axes))
             call = call._replace(shapes=shapes)
     return call.shapes
 
@@ -341,7 +341,7 @@ def reverse_normals(call: BoundCall) -> Shapes:
         mesh[call.shapes.mesh == kind] = table.named(f"reversed:{kind}", table.take(np.array([kind])).reversed())
     rows = np.flatnonzero((call.shapes.mesh > FACE) | (call.shapes.mesh < 0))
     if len(rows):
-        different, number = np.unique(mesh[rows], return_inverse=True)
+        different, number = different_ids(mesh[rows])
         mesh[rows] = add_faces(table, table.take(different).reversed())[number]
     return call.shapes._replace(mesh=mesh)
 

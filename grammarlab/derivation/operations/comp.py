@@ -14,7 +14,16 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats, distinct_lists, offsets_from_counts, ranked, row_of_value, take_rows
+from grammarlab.arrays import (
+    Flags,
+    Floats,
+    distinct_counts,
+    distinct_lists,
+    offsets_from_counts,
+    ranked,
+    row_of_value,
+    take_rows,
+)
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, selected
 from grammarlab.derivation.calls.texture_transfer import with_pivot
 from grammarlab.derivation.frames import CUBE, cube_index
@@ -214,7 +223,7 @@ class _MeshComponents(AbstractComponents):
             components = self._components.take(used)
             components = upwards(components) if selector in _CLIMBING else components
             return self._placed(components, number, row, np.arange(len(chosen)), aligned)
-        rows, counts = np.unique(row, return_counts=True)
+        rows, counts = distinct_counts(row, self._shapes.num)
         starts = offsets_from_counts(counts)
         alike, number = distinct_lists(source, counts)
         joined_rows, offsets = take_rows(starts, alike)

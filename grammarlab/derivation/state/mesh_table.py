@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Floats, Ints, distinct, ranked
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.box_orders import BoxOrders
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Ids, Shapes
@@ -104,7 +104,7 @@ class MeshTable:
         Scaled by a negative size they coincide with the given meshes: so scopes of negative height keep their
         geometry. Mirroring twice gives the original mesh.
         """
-        different, inverse = np.unique(ids, return_inverse=True)
+        different, inverse = different_ids(ids)
         new = np.array([mesh for mesh in different.tolist() if (axis, mesh) not in self._mirrored], dtype=np.int32)
         if len(new):
             unit = self.take(new)
@@ -122,7 +122,7 @@ class MeshTable:
         if len(ids) and ids.min() < 0:
             ids = self._with_boxes(ids)
         batch = np.searchsorted(self._starts, ids, side="right") - 1
-        touched = np.unique(batch)
+        touched = distinct(batch, len(self._batches))
         if len(touched) <= 1:
             return self._from_batch(int(touched[0]) if len(touched) else 0, ids)
         rows = [np.flatnonzero(batch == b) for b in touched]
@@ -133,7 +133,7 @@ class MeshTable:
         """[N] whether corners of meshes have coordinates in a set."""
         if not self.has_data or not len(ids):
             return np.zeros(len(ids), dtype=bool)
-        different, inverse = np.unique(ids, return_inverse=True)
+        different, inverse = different_ids(ids)
         meshes = self.take(different)
         if meshes.data is None:
             return np.zeros(len(ids), dtype=bool)
@@ -147,12 +147,19 @@ class MeshTable:
 
     def _with_boxes(self, ids: NDArray[np.integer]) -> NDArray[np.integer]:
         """Ids [N] in which boxes with orders of their own are stored meshes."""
-        different, inverse = np.unique(ids, return_inverse=True)
+        different, inverse = different_ids(ids)
         stored = [id_ if id_ >= 0 else self.named(f"box:{-id_}", self.boxes.mesh(-id_)) for id_ in different.tolist()]
         return np.array(stored)[inverse]
 
     def _from_batch(self, batch: int, ids: NDArray[np.integer]) -> Meshes:
         return self._batches[batch].take(ids - self._starts[batch])
+
+
+def different_ids(ids: NDArray[np.integer]) -> tuple[Ids, Ints]:
+    """The different ids of meshes of a column [N], ascending, and the number [N] of each."""
+    low = int(ids.min(initial=0))
+    different, number = ranked(ids - low, int(ids.max(initial=0)) - low + 1)
+    return (different + low).astype(np.int32), number
 
 
 @cache
@@ -207,7 +214,7 @@ def right_handed(shapes: Shapes, table: MeshTable, frames: FrameTable) -> Shapes
     position, frame, mesh = shapes.position.copy(), shapes.frame.copy(), shapes.mesh.copy()
     position[rows] += frames.axis(frame[rows], 0) * shapes.size[rows, :1]
     frame[rows] = frames.rotated(frame[rows], np.diag([-1.0, 1.0, 1.0]))
-    different, number = np.unique(mesh[rows], return_inverse=True)
+    different, number = different_ids(mesh[rows])
     meshes = table.take(different)
     points = meshes.points.copy()
     points[:, 0] = 1.0 - points[:, 0]

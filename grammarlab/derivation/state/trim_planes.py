@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from grammarlab.arrays import (
     Flags,
     Floats,
+    distinct,
+    distinct_counts,
     distinct_lists,
     distinct_rows,
     offsets_from_counts,
@@ -109,7 +111,7 @@ class TrimPlanes:
         starts = [batch.first for batch in self._batches]
         of_batch = np.searchsorted(starts, ids, side="right") - 1
         parts, steep = [], []
-        for number in np.unique(of_batch).tolist():
+        for number in distinct(of_batch, len(starts)).tolist():
             rows = np.flatnonzero(of_batch == number)
             batch = self._batches[number]
             index = ids[rows] - batch.first
@@ -178,7 +180,7 @@ def trim(shapes: Shapes, planes: TrimPlanes, meshes: MeshTable, frames: FrameTab
     cuts = np.flatnonzero(applies & (farthest > slack))
     if len(cuts) == 0:
         return shapes
-    used, counts = np.unique(row[cuts], return_counts=True)
+    used, counts = distinct_counts(row[cuts], shapes.num)
     chosen = shapes.take(used)
     rotations = frames.rotations(chosen.frame).repeat(counts, axis=0)
     normal = np.einsum("pkj,pk->pj", rotations, shared.normal[cuts])
