@@ -28,6 +28,8 @@ from grammarlab.runs.work.workforce import name_of
 
 TASKS_PER_THREAD = 3
 """Tasks that are submitted per thread of the cluster: a worker that has finished one finds the next."""
+_LEAVE_SECONDS = 5.0
+"""Seconds in which the scheduler must answer at the end."""
 _LOOK_SECONDS = 5.0
 """Seconds between looks at the cluster."""
 _STALL_SECONDS = 60.0
@@ -215,12 +217,10 @@ class _Run:
         return bool(threads)
 
     def _leave(self, connection: Connection) -> None:
-        futures = list(self._submitted)
+        """Forget the tasks, as the scheduler does when the connection is closed, and the function of the run."""
         self._submitted.clear()
-        if connection.client.status == "running":
-            with suppress(OSError, TimeoutError):
-                connection.client.cancel(futures, force=True)
-                connection.client.unregister_worker_plugin(self._name)
+        with suppress(WorkerError):
+            connection.ask("unregister_worker_plugin", _LEAVE_SECONDS, name=self._name)
 
 
 def _ready(completed: as_completed) -> list[tuple[Future, Any]]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from queue import Empty, Queue
+from threading import Thread
 from typing import Any, cast
 
 from distributed import Client
@@ -17,7 +20,7 @@ from grammarlab.runs.work.machine import Machine, this_machine
 
 NO_WORKERS_SECONDS = 60.0
 """Seconds without workers after which it is said."""
-_CONNECT_SECONDS = 15.0
+_CONNECT_SECONDS, _CLOSE_SECONDS = 15.0, 5.0
 _ANSWER_SECONDS = 30.0
 """Seconds in which the scheduler must answer."""
 
@@ -51,10 +54,18 @@ class Connection:
         Raises:
             WorkerError: If the scheduler does not answer.
         """
+        return self.ask("ncores", _ANSWER_SECONDS)
+
+    def ask(self, question: str, seconds: float, **arguments: Any) -> Any:
+        """Answer of the scheduler, which may be silent without having closed the connection.
+
+        Raises:
+            WorkerError: If it does not answer in time, or the connection is lost.
+        """
         self.check()
-        scheduler: Any = self.client.scheduler
         try:
-            return cast("Mapping[str, int]", self.client.sync(scheduler.ncores, callback_timeout=_ANSWER_SECONDS))
+            call = getattr(self.client.scheduler, question)
+            return self.client.sync(call, callback_timeout=seconds, **arguments)
         except (OSError, TimeoutError) as error:
             raise self.lost() from error
 
@@ -114,20 +125,44 @@ def connected(address: str) -> Iterator[Connection]:
         UsageError: If there is none at the address.
         WorkerError: If it is lost in the block.
     """
-    try:
-        client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise UsageError(
-            f"expected a Dask scheduler at {address!r:.200}, found none ({error!s:.200}). Start one with "
-            "`dask scheduler`, and give the address that it prints: tcp://HOST:8786."
-        ) from error
+    client = _client(address)
     connection = Connection(address, client)
+    log = logging.getLogger("distributed.client")
+    before, log.disabled = log.disabled, True  # it prints tracebacks of what is said here in words
     try:
         yield connection
     except CommClosedError as error:
         raise connection.lost() from error
     finally:
-        client.close(timeout=_CONNECT_SECONDS if client.status == "running" else 1)
+        client.close(timeout=_CLOSE_SECONDS if client.status == "running" else 1)
+        log.disabled = before
+
+
+def _client(address: str) -> Client:
+    """A client of a scheduler; made by a thread, since it waits for ever for one that accepts and is silent.
+
+    Raises:
+        UsageError: If there is no scheduler at the address.
+    """
+    made: Queue[Client | Exception] = Queue()
+
+    def connect() -> None:
+        try:
+            made.put(Client(address, timeout=_CONNECT_SECONDS, set_as_default=False))
+        except Exception as error:
+            made.put(error)
+
+    Thread(target=connect, daemon=True).start()
+    try:
+        client = made.get(timeout=2 * _CONNECT_SECONDS)
+    except Empty:
+        client = TimeoutError("it does not answer")
+    if isinstance(client, Client):
+        return client
+    raise UsageError(
+        f"expected a Dask scheduler at {address!r:.200}, found none ({client!s:.200}). Start one with "
+        "`dask scheduler`, and give the address that it prints: tcp://HOST:8786."
+    ) from client
 
 
 def no_workers(address: str) -> str:

@@ -18,13 +18,18 @@ from fsspec.implementations.memory import MemoryFileSystem
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.language.grammar import Grammar
+from grammarlab.randomness import root_keys
 from grammarlab.runs.sample.grammar_models import summarize_reports
+from grammarlab.runs.sample.models import models_of
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shard_plan import ShardPlan, file_name
 from grammarlab.runs.sample.shard_run import ShardRecord, sample_shards
+from grammarlab.runs.sample.species_models import SpeciesModels
 from grammarlab.runs.work.executors import AbstractExecutor
 from grammarlab.runs.work.machine import this_machine
 from grammarlab.runs.work.shard_store import FolderStore
+from grammarlab.trees.accepted_trees import accepted_rows, log_density
+from grammarlab.trees.parameters import COLUMNS
 
 TEXT = """
 attr height = rand(3, 9)
@@ -185,3 +190,15 @@ def test_a_worker_that_does_not_see_the_folder_says_so(tmp_path: Path):
     store = pickle.loads(pickle.dumps(FolderStore(tmp_path / "elsewhere")))  # noqa: S301 - made right here
     with pytest.raises(UsageError, match="does not see the run's folder"):
         store.write("shards/0000000.parquet", b"")
+
+
+def test_trees_are_rows_of_their_parameters(tmp_path: Path):
+    request = SampleRequest.of("birch", num_models=3, seed=2, image=False)
+    sample_shards(request, tmp_path, shard_models=2)
+    table = pq.read_table(tmp_path / "shards")
+    models = models_of(request)
+    assert isinstance(models, SpeciesModels)
+    trees = accepted_rows(models.species, root_keys(2, np.arange(3)))
+    assert [table[f"parameter.{name}"].to_pylist() for name in COLUMNS] == trees.rows.T.tolist()
+    assert table["log_density"].to_pylist() == log_density(models.species, trees.rows).tolist()
+    assert (table["kind"].to_pylist(), table["tries"].to_pylist()) == (trees.kind.tolist(), trees.tries.tolist())
