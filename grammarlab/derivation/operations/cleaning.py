@@ -1,4 +1,4 @@
-"""``cleanupGeometry`` and ``convexify``: the same surface divided into fewer faces, or into convex ones."""
+"""Geometry in the same scope: ``cleanupGeometry``, ``convexify``, ``deleteHoles``, and ``footprint`` on its floor."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import BoundCall, Operation
-from grammarlab.derivation.state.mesh_table import scaled
+from grammarlab.derivation.state.mesh_table import replaced, scaled
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Shapes
 from grammarlab.geometry.meshes.cleanup import Components, cleaned
 from grammarlab.geometry.meshes.convex import convexified
 from grammarlab.geometry.meshes.measure import has_concave_face
 from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.shadows import shadow, without_holes
 
 _COMPONENTS = frozenset({"all", "edges", "faces", "vertices"})
 
@@ -36,6 +37,22 @@ def convexify(call: BoundCall) -> Shapes:
         return convexified(mesh, length) if has_concave_face(mesh)[0] else mesh
 
     return _divided_anew(call, longest, divided)
+
+
+def delete_holes(call: BoundCall) -> Shapes:
+    """``deleteHoles()``: every face without its holes."""
+    return _divided_anew(call, np.zeros(call.shapes.num), lambda mesh, _: without_holes(mesh))
+
+
+def footprint(call: BoundCall) -> Shapes:
+    """``footprint()``: the area that the geometry covers on the plane y = 0 of the scope; a wall stays as it is."""
+    shapes, table = call.shapes, call.workspace.meshes
+    keys = np.column_stack((shapes.mesh, shapes.size))
+    _, first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    meshes = scaled(table.take(shapes.mesh[first]), shapes.size[first])
+    each = [meshes.take(np.array([row])) for row in range(len(first))]
+    areas = [area if area.num_faces else mesh for mesh, area in zip(each, map(shadow, each), strict=True)]
+    return replaced(shapes, Meshes.concatenate(areas), number.ravel(), table, call.workspace.frames)
 
 
 def _divided_anew(call: BoundCall, parameter: Floats, change: Callable[[Meshes, float], Meshes]) -> Shapes:
@@ -77,4 +94,6 @@ def _counts(mesh: Meshes) -> tuple[int, int, int]:
 OPERATIONS: dict[str, Operation] = {
     "cleanupGeometry": Operation(cleanup_geometry, _COMPONENTS, (2, 2)),
     "convexify": Operation(convexify, num_arguments=(0, 1)),
+    "deleteHoles": Operation(delete_holes),
+    "footprint": Operation(footprint),
 }

@@ -172,7 +172,7 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags, roles: bool) -> Meshes:
     names = meshes.tags - meshes.roles
     wall_tags = names[face[corner]]
     if roles:
-        wall_tags = wall_tags + np.where(_along_holes(meshes, edge)[corner], INNER_WALL, OUTER_WALL)
+        wall_tags = wall_tags + np.where(along_holes(meshes, edge)[corner], INNER_WALL, OUTER_WALL)
     parts = [
         replace(_reordered(whole, here, towards_bottom), tags=names + (BOTTOM if roles else 0)).where(solid),
         replace(_reordered(whole, above, towards_top), tags=names + (TOP if roles else 0)).where(solid),
@@ -186,7 +186,7 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags, roles: bool) -> Meshes:
     return faces.meshes(points, np.tile(meshes.mesh_of_point(), 2), len(meshes))
 
 
-def _along_holes(meshes: Meshes, edge_of_corner: Indices) -> Flags:
+def along_holes(meshes: Meshes, edge_of_corner: Indices) -> Flags:
     """[C] whether the edge that leaves each corner is one of a hole: the outline passed an odd number of bridges."""
     is_bridge = edge_of_corner < 0
     flags = np.zeros(len(is_bridge), bool)

@@ -13,6 +13,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Case,
     Choice,
     Function,
+    Import,
     Invoke,
     Name,
     Node,
@@ -42,7 +43,10 @@ def check_reachable(tree: RuleFile, roots: tuple[Rule, ...], remarks: Remarks) -
         callees = {(item.name, len(item.arguments)) for item in walk(rule) if isinstance(item, Invoke)}
         successors.setdefault(_key(rule), set()).update(callees)
     reached: set[Key] = set()
+    imports = [definition for definition in tree.definitions if isinstance(definition, Import)]
+    redefined = [node for definition in imports for rule in definition.rules for node in walk(rule)]
     stack = [_key(rule) for rule in roots]
+    stack += [(node.name, len(node.arguments)) for node in redefined if isinstance(node, Invoke)]
     while stack:
         key = stack.pop()
         if key not in reached:

@@ -223,3 +223,10 @@ def test_features_are_supported_by_name():
 def test_shipped_grammars_have_no_errors(path):
     found = check(Grammar.parse(path.read_text(encoding="utf-8")))
     assert [finding for finding in found if finding.severity == "error"] == []
+
+
+def test_rules_in_a_redefinition_are_reached():
+    text = (
+        'import temple : "temple.cga" (Roof --> MyRoof)\n@StartRule\nLot --> temple.start\nMyRoof --> roofGable(22) A.'
+    )
+    assert "unreachable-rule" not in {finding.code for finding in check_text(text)}
