@@ -219,7 +219,8 @@ def sample(
 
             run.needs = ""
             _refuse_without_models(context)
-            sample_rows(request, output or str(Path("out", request.name)), shard_models, executor, run, as_json)
+            target = output or str(Path("out", request.name))
+            print_remarks(sample_rows(request, target, shard_models, executor, run, as_json).plan.request.remarks)
             return
         if shard_models is not None:
             raise UsageError("--shard-models needs --no-models.")

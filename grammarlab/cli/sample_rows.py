@@ -27,7 +27,7 @@ def sample_rows(
     executor: AbstractExecutor,
     run: Unfinished,
     as_json: bool,
-) -> None:
+) -> ShardsResult:
     """Sample the models of a request as rows, and print the result."""
     from grammarlab.runs.sample.shard_plan import SHARD_MODELS
     from grammarlab.runs.sample.shard_run import sample_shards
@@ -61,6 +61,7 @@ def sample_rows(
             f"{result.num_made:,} of them made now; {result.num_bytes / 1e6:,.3g} MB"
         )
         print_result(result.place)
+    return result
 
 
 def _at_times(seconds: float, note: Callable[[dict[str, Any]], object]) -> Callable[[int, int], None]:

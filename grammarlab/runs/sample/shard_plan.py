@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,6 +15,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.runs.sample.manifest import place_of
 from grammarlab.runs.sample.model_rows import FORMAT
 from grammarlab.runs.sample.models import Batch
 from grammarlab.runs.sample.request import SampleRequest
@@ -101,6 +102,8 @@ class ShardPlan:
             "complete": num_bytes is not None,
             "grammar": {"name": self.request.name, "sha256": self.request.text_hash, "text": self.request.text},
             "request": self.request.as_json(),
+            "place": place_of(self.request),
+            "remarks": [asdict(remark) for remark in self.request.remarks],
             "asset_files": dict(self.asset_files),
             "machine": self.machine.as_json(),
             "legend": dict(self.legend),
