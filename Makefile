@@ -172,10 +172,11 @@ $(VENV)/bin/python:
 		{ echo "grammarlab needs Python 3.11 or newer: make PYTHON=/path/to/python3.11"; exit 1; }
 	"$(PYTHON)" -m venv $(VENV)
 
+# Of all modules that are installed few are imported, and these are compiled then.
 $(VENV)/.learn: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(PIP) install -e '.[learn]'
+	$(PIP) install --no-compile -e '.[learn]'
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(PIP) install -e '.[dev]'
+	$(PIP) install --no-compile -e '.[dev]'
 	@touch $@ $(VENV)/.learn
