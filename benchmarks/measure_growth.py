@@ -99,9 +99,12 @@ def growth() -> dict[str, float]:
 def measured_in(checkout: Path) -> dict[str, float]:
     """`measured` by the package of a checkout, in a process of its own."""
     here = Path(__file__).parent.parent
-    code = f"import sys; sys.path.insert(1, {str(here)!r}); from benchmarks import measure_growth as m; import json;"
+    code = (
+        f"import json, sys, grammarlab; sys.path.insert(0, {str(here)!r});"
+        "from benchmarks import measure_growth; print(json.dumps(measure_growth.measured()))"
+    )
     environment = {**os.environ, "PYTHONPATH": str(checkout)}
-    command = [sys.executable, "-P", "-c", f"{code} print(json.dumps(m.measured()))"]
+    command = [sys.executable, "-P", "-c", code]
     ended = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     return json.loads(ended.stdout)
 

@@ -7,6 +7,7 @@ order: an instance is the same to the last bit alone and in any batch.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -28,6 +29,8 @@ BLOCK_ROWS = 700
 """Instances placed at a time, so that calls cost less than their work,"""
 BLOCK_VALUES = 50_000
 """or more, if they are small: numbers that stay in the cache until they are stored."""
+REST_VERTICES = 20_000
+"""Vertices of other meshes that are placed at a time."""
 SHORTEST = 1e-18
 """Smallest length of a normal with a direction; its square is still an exact 32-bit number."""
 
@@ -76,10 +79,15 @@ def place_instances(
     ends = np.searchsorted(kind_of_instance, np.arange(len(templates) + 1), sorter=by_kind).tolist()
     for template, (first, end) in zip(templates, pairwise(ends), strict=True):
         _place_template(template, scene, axes, by_kind[first:end], vertex_offsets, triangle_offsets)
-    rest = by_kind[ends[-1] :]
-    if len(rest):
+    for rest in _blocks(by_kind[ends[-1] :], np.diff(vertex_offsets)):
         _place_rest(placed, scene, shaded, axes, mesh, rest, vertex_offsets, triangle_offsets)
     return placed
+
+
+def _blocks(instances: Ints, num_vertices: Ints) -> Iterator[Ints]:
+    """Consecutive instances whose vertices together stay in the cache, at least one in each block."""
+    block = np.cumsum(num_vertices[instances]) // REST_VERTICES
+    yield from np.split(instances, np.flatnonzero(np.diff(block)) + 1) if len(instances) else ()
 
 
 def _most_used(shaded: ShadedMeshes, mesh: Ints) -> Ints:
