@@ -12,7 +12,7 @@ from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.state.mesh_table import replaced, scaled
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Shapes
 from grammarlab.geometry.meshes.cleanup import Components, cleaned
-from grammarlab.geometry.meshes.convex import convexified
+from grammarlab.geometry.meshes.convex import MOST_CORNERS, convexified
 from grammarlab.geometry.meshes.measure import has_concave_face
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.shadows import shadow, without_holes
@@ -34,6 +34,8 @@ def convexify(call: BoundCall) -> Shapes:
     longest = call.column(call.values[0]) if call.values else np.full(call.shapes.num, np.inf)
 
     def divided(mesh: Meshes, length: float) -> Meshes:
+        if np.diff(mesh.face_offsets).max(initial=0) > MOST_CORNERS:
+            call.warn(f"convexify divides faces of at most {MOST_CORNERS} corners; larger ones stay as they are")
         return convexified(mesh, length) if has_concave_face(mesh)[0] else mesh
 
     return _divided_anew(call, longest, divided)

@@ -60,14 +60,12 @@ def _merged(points: Floats, distance: float) -> Indices:
 
     result = np.arange(len(points))
     tree = KDTree(points)
-    pairs = tree.query_pairs(distance, output_type="ndarray")
-    near: dict[int, list[int]] = defaultdict(list)
-    for first, second in pairs.tolist():
-        near[first].append(second)
     is_merged = np.zeros(len(points), bool)
-    for point in sorted(near):
+    # Points that stay are farther apart than the distance, so few balls overlap, however dense the points are.
+    for point in np.flatnonzero(tree.query_ball_point(points, distance, return_length=True) > 1).tolist():
         if not is_merged[point]:
-            others = [other for other in near[point] if not is_merged[other]]
+            others = np.array(tree.query_ball_point(points[point], distance))
+            others = others[~is_merged[others] & (others > point)]
             result[others], is_merged[others] = point, True
     return result
 

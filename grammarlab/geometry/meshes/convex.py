@@ -8,6 +8,8 @@ from grammarlab.arrays import Floats, offsets_from_counts
 from grammarlab.geometry.meshes.measure import area_vectors
 from grammarlab.geometry.meshes.mesh import Meshes
 
+MOST_CORNERS = 500
+"""Largest number of corners of a face that is divided: a budget, since the time grows with their square or more."""
 _STRAIGHT = 1e-9
 """Sine of the largest turn to the right that counts as straight: a tolerance."""
 _AT_CORNER = 1e-9
@@ -17,12 +19,14 @@ _AT_CORNER = 1e-9
 def convexified(mesh: Meshes, longest: float = np.inf) -> Meshes:
     """A mesh in which cuts divide concave faces: from reflex corners on along one of their edges, shortest first.
 
+    Faces of more than `MOST_CORNERS` corners stay.
+
     Args:
         mesh: a single mesh.
         longest: metres; faces stay concave where cuts would be longer.
     """
     division = _Division(mesh)
-    for face in range(mesh.num_faces):
+    for face in np.flatnonzero(np.diff(mesh.face_offsets) <= MOST_CORNERS).tolist():
         division.divide(face, longest)
     return division.result()
 

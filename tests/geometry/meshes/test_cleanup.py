@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 
 import numpy as np
@@ -136,3 +137,11 @@ def test_a_repeated_face_goes_and_what_would_vanish_stays() -> None:
     assert cleaned(twice, "vertices", 0.0).num_faces == 2
     small = square.with_points(0.1 * square.points)
     assert cleaned(small, "all", 1.0) is small
+
+
+def test_many_points_within_a_metre_are_one_without_much_memory() -> None:
+    dense = grid(100, 100)
+    whole = dense.with_points(0.02 * dense.points)
+    begin = time.perf_counter()
+    assert cleaned(whole, "vertices", 1.0).num_faces < 20
+    assert time.perf_counter() - begin < 10.0

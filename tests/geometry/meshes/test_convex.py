@@ -7,11 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from grammarlab.geometry.meshes.convex import convexified
+from grammarlab.derivation import derive
+from grammarlab.geometry.meshes.convex import MOST_CORNERS, convexified
 from grammarlab.geometry.meshes.corner_data import CornerData
 from grammarlab.geometry.meshes.edges import is_closed_surface
 from grammarlab.geometry.meshes.measure import areas, face_areas, has_concave_face, volumes
 from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import L_SHAPE, sampled, world_meshes
 
 U_SHAPE = [(0, 0), (0, 25), (8, 25), (8, 10), (20, 10), (20, 25), (30, 25), (30, 0)]
@@ -81,3 +83,11 @@ def test_a_face_with_a_hole_is_divided_too() -> None:
     assert mesh.num_faces > 2
     assert not has_concave_face(mesh)[0]
     assert areas(mesh) == pytest.approx([600.0 - 24.0 * 14.0])
+
+
+def test_a_face_of_too_many_corners_stays_with_a_warning() -> None:
+    outline = spiky(MOST_CORNERS + 1, 2)
+    assert convexified(outline).num_faces == 1
+    forest = derive(Grammar.parse("Lot --> convexify() A."), 1, 1, footprint=outline.points)
+    assert len(forest.leaves) == 1
+    assert "at most 500 corners" in forest.warnings[0].message
