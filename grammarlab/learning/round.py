@@ -155,7 +155,7 @@ def step(
         widens and any(liked_are_rare(factor_answers.scored.scores) for factor_answers in _nonempty_answers(updated))
     )
     learned = _learned(study, state, replace(updated, wide=wide), report)
-    if not learned.wide and widens and _are_rare(learned):
+    if not learned.wide and widens and needs_wide(learned):
         learned = _learned(study, state, replace(updated, wide=True), report, learned)
     return learned
 
@@ -165,7 +165,7 @@ def _nonempty_answers(state: State) -> list[Answers]:
     return [factor_answers for factor_answers in state.answers.values() if len(factor_answers.designs)]
 
 
-def _are_rare(state: State) -> bool:
+def needs_wide(state: State) -> bool:
     """Whether liked designs are rare, given the estimated errors of the persons."""
     erring = [(entry.answers, state.preferences[name]) for name, entry in state.heard.items()]
     return any(

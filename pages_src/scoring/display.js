@@ -7,6 +7,7 @@ import { inWords, knownOf } from "./known.js";
 /** @typedef {{ clientX: number, clientY: number }} Point on the screen */
 /** @typedef {{ anchor: Element, x: number, y: number }} Held a place within an element, as parts of its size */
 
+export const ZOOMS = { least: 0.5, most: 10 };
 const JUDGED = 200; // pixels of a picture from which a model can be judged
 const OVERVIEW = 5; // columns of a grid that is for looking at many at once, however small
 const SMALLEST = 26;
@@ -33,6 +34,7 @@ export function makeDisplay(page) {
   let columns = 1; // of a grid, as it is shown
   let size = 0;
   let frame = 0;
+  let zoomed = () => {};
 
   const resizes = new ResizeObserver(() => fit());
   resizes.observe(stage);
@@ -128,8 +130,9 @@ export function makeDisplay(page) {
    * @param {Held} [held] what was there before, if not given
    */
   function zoomBy(factor, to = middle(), held = hold(to)) {
-    zoom = factor ? Math.min(Math.max(zoom * factor, 0.5), 10) : 1;
+    zoom = factor ? Math.min(Math.max(zoom * factor, ZOOMS.least), ZOOMS.most) : 1;
     fit();
+    zoomed();
     const box = held.anchor.getBoundingClientRect();
     stage.scrollLeft += box.x + held.x * box.width - to.clientX;
     stage.scrollTop += box.y + held.y * box.height - to.clientY;
@@ -190,6 +193,9 @@ export function makeDisplay(page) {
     fit,
     describe,
     zoomBy,
+    zoom: () => zoom,
+    /** Calls a function after every change of the zoom. @param {() => void} listener */
+    whenZoomed: (listener) => void (zoomed = listener),
     hold,
     positionOf,
     tiles,

@@ -19,13 +19,12 @@ const MOVEMENTS = {
 };
 
 /**
- * The large 3D view of one model. Its code is loaded over the channel when it is first needed.
+ * The large 3D view of one model.
  * @param {Page} page
+ * @param {ReturnType<typeof import("./viewer_code.js").viewerCode>} code
  * @param {() => void} backToGrid
  */
-export function makeLook(page, backToGrid) {
-  /** @type {Promise<{ show: typeof import("../viewer/viewer.js").show }> | null} */
-  let code = null;
+export function makeLook(page, code, backToGrid) {
   /** @type {View | null} */
   let view = null;
   let model = "";
@@ -94,15 +93,13 @@ export function makeLook(page, backToGrid) {
     update();
     note.textContent = "loading…";
     try {
-      code ??= loadCode(page);
-      const [{ buffers }, { show }] = await Promise.all([page.channel.request("model", { model: id }), code]);
+      const [{ buffers }, { show }] = await Promise.all([page.channel.request("model", { model: id }), code()]);
       if (!dialog.open || model !== id) return;
       const damping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
       view ??= show(canvas, { damping, picked: rule.pick });
       await view.load(buffers[0]);
       note.textContent = "";
     } catch (error) {
-      code = view ? code : null;
       if (model === id) note.textContent = `No 3D view: ${error instanceof Error ? error.message : error}`;
     }
   }
@@ -130,15 +127,4 @@ export function makeLook(page, backToGrid) {
       dialog.close();
     },
   };
-}
-
-/** @param {Page} page */
-async function loadCode(page) {
-  const { buffers } = await page.channel.request("viewer");
-  const url = URL.createObjectURL(new Blob(buffers, { type: "text/javascript" }));
-  try {
-    return await import(/* @vite-ignore */ url);
-  } finally {
-    URL.revokeObjectURL(url);
-  }
 }

@@ -13,12 +13,15 @@ import { Outbox } from "./outbox.js";
 import { Pictures } from "./pictures.js";
 import { listenToPointer } from "./pointer.js";
 import { loadPreferences } from "./preferences.js";
+import { makePreview } from "./preview.js";
+import { makeRecent } from "./recent.js";
 import { makeResults } from "./results.js";
 import { scaleOf } from "../shared/scale.js";
 import { makeScoring } from "./scoring.js";
 import { Selection } from "./selection.js";
 import { makeStatus } from "./status.js";
 import { makeToolbar } from "./toolbar.js";
+import { viewerCode } from "./viewer_code.js";
 import { socketTransport, socketUrl, widgetTransport } from "../shared/transports.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -86,6 +89,7 @@ function build(root, channel, first) {
   const redraw = () => {
     if (page.state.pairs) compare.draw();
     else display.drawSoon();
+    recent.draw();
     scoring.update();
   };
   let way = "default"; // how models were chosen before pairs were
@@ -123,7 +127,10 @@ function build(root, channel, first) {
       const { factors, active } = page.state;
       return factors.find(({ name }) => name === active) ?? factors[0];
     },
-    look: (model) => void look.open(model),
+    look(model) {
+      preview.hide();
+      void look.open(model);
+    },
     say: (text) => status.say(text),
     complain: (error) => status.complain(error),
   };
@@ -133,7 +140,10 @@ function build(root, channel, first) {
   const status = makeStatus(page);
   const scoring = makeScoring(page, () => keys.handOn());
   const keys = listenToKeys(page, display, scoring);
-  const look = makeLook(page, () => (page.state.pairs ? compare.focus() : display.focus()));
+  const code = viewerCode(channel);
+  const preview = makePreview(page, display, code);
+  const recent = makeRecent(page);
+  const look = makeLook(page, code, () => (page.state.pairs ? compare.focus() : display.focus()));
   const learning = makeLearning(page);
   const results = makeResults(page);
   const factors = makeFactors(page);
@@ -161,11 +171,20 @@ function build(root, channel, first) {
     element(
       "div",
       { class: "gl-main" },
-      element("div", { class: "gl-left" }, toolbar.element, display.element, display.about, compare.element),
+      element(
+        "div",
+        { class: "gl-left" },
+        toolbar.element,
+        display.element,
+        preview.element,
+        display.about,
+        compare.element,
+      ),
       element(
         "section",
         { class: "gl-side", "aria-label": "Score and learn" },
         scoring.element,
+        recent.element,
         learning.element,
         results.element,
       ),
@@ -241,7 +260,8 @@ function build(root, channel, first) {
       undo.disabled = !state.can_undo;
       redo.disabled = !state.can_redo;
       const shown = after ? compare : display;
-      for (const part of [factors, toolbar, shown, scoring, learning, look, status]) part.update(state);
+      for (const part of [factors, toolbar, recent, shown, preview, scoring, learning, look, status])
+        part.update(state);
       if (before !== after && hasKeyboard()) shown.focus();
     },
     /** @param {import("./types.js").Progress} progress */
@@ -265,7 +285,7 @@ function build(root, channel, first) {
     close() {
       removeEventListener("beforeunload", warn);
       document.removeEventListener("keydown", loose);
-      for (const part of [display, page.pictures, results, look, help, status]) part.close();
+      for (const part of [preview, display, page.pictures, results, look, help, status]) part.close();
     },
   };
 }

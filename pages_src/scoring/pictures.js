@@ -16,6 +16,8 @@ export class Pictures {
   #sheets = new Set();
   /** @type {Set<string>} */
   #shown = new Set();
+  /** @type {string[]} */
+  #kept = [];
 
   /** @param {Channel} channel @param {() => void} came */
   constructor(channel, came) {
@@ -24,14 +26,22 @@ export class Pictures {
     channel.on("pictures", (message, [buffer]) => void this.#take(message, buffer));
   }
 
+  /** Those that are shown beside others, in any size, from the next request on. @param {string[]} models */
+  keep(models) {
+    this.#kept = models;
+  }
+
   /**
    * Asks for those that are not here in that size or better. A request replaces the one before it.
    * @param {string[]} models
    * @param {number} size pixels
    */
   want(models, size) {
-    this.#shown = new Set(models);
-    const missing = [...this.#shown].filter((model) => (this.#known.get(model)?.size ?? 0) < size);
+    const large = new Set(models);
+    this.#shown = new Set([...models, ...this.#kept]);
+    const missing = [...this.#shown].filter(
+      (model) => (this.#known.get(model)?.size ?? 0) < (large.has(model) ? size : 1),
+    );
     if (!this.#channel.connected || missing.every((model) => (this.#asked.get(model) ?? 0) >= size)) return;
     this.#asked = new Map(missing.map((model) => [model, size]));
     this.#channel.request("pictures", { models: missing, size }).catch(() => this.askAgain());

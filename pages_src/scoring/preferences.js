@@ -1,4 +1,4 @@
-const DEFAULTS = { bars: true, advance: true, scale: "score" };
+const DEFAULTS = { bars: true, advance: true, preview: true, scale: "score" };
 
 /** @typedef {typeof DEFAULTS} Preferences */
 

@@ -80,9 +80,9 @@ export function makeScoring(page, backToGrid) {
   const controls = element("fieldset", { class: "gl-plain" }, steps.element, slider, form);
   const section = element(
     "section",
-    { class: "gl-card", "aria-label": "Score" },
+    { class: "gl-card gl-scoring", "aria-label": "Score" },
     element("div", { class: "gl-row" }, heading, count, element("span", { class: "gl-space" }), look),
-    element("div", { class: "gl-row", role: "group", "aria-label": "Scale" }, ...scales),
+    element("div", { class: "gl-row gl-scales", role: "group", "aria-label": "Scale" }, ...scales),
     controls,
     element("label", { class: "gl-check" }, advance, "after a key, go on to the next model"),
   );

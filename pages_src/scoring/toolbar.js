@@ -1,5 +1,6 @@
 import { element, iconButton } from "../shared/element.js";
 import { choice, chooserButton, menu, textButton } from "../shared/menu.js";
+import { ZOOMS } from "./display.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
@@ -32,6 +33,14 @@ export function makeToolbar(page, display, pointer) {
     page.preferences.bars = on;
     display.fit();
   });
+  const preview = toggle(
+    "cube",
+    "Show the model below the mouse large, and turning",
+    page.preferences.preview,
+    (on) => {
+      page.preferences.preview = on;
+    },
+  );
   const bar = element(
     "div",
     { class: "gl-toolbar", role: "toolbar", "aria-label": "Display" },
@@ -45,9 +54,11 @@ export function makeToolbar(page, display, pointer) {
       element(
         "div",
         { class: "gl-row" },
+        preview,
         bars,
         pan,
         iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
+        zoomSlider(display),
         iconButton("fit", "Show all", () => display.zoomBy(0)),
         iconButton("plus", "Zoom in", () => display.zoomBy(1.25)),
       ),
@@ -164,6 +175,35 @@ function toggleButton(text, title, onclick) {
   const button = textButton(text, onclick, { title });
   button.ariaPressed = "false";
   return button;
+}
+
+/** The size of pictures, as a slider that the wheel moves as well. @param {Display} display */
+function zoomSlider(display) {
+  const slider = element("input", {
+    class: "gl-zoom",
+    type: "range",
+    min: Math.log2(ZOOMS.least),
+    max: Math.log2(ZOOMS.most),
+    step: "any",
+    title: "Size of pictures; also the wheel here, or Ctrl and the wheel on the pictures",
+    "aria-label": "Size of pictures",
+  });
+  const show = () => {
+    slider.value = String(Math.log2(display.zoom()));
+    slider.ariaValueText = `${Math.round(100 * display.zoom())} %`;
+  };
+  slider.addEventListener("input", () => display.zoomBy(2 ** slider.valueAsNumber / display.zoom()));
+  slider.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      display.zoomBy(event.deltaY < 0 ? 1.12 : 1 / 1.12);
+    },
+    { passive: false },
+  );
+  display.whenZoomed(show);
+  show();
+  return slider;
 }
 
 /** What the bars mean. */

@@ -42,6 +42,7 @@
  * @property {Grid[]} grids
  * @property {Record<string, Model>} models
  * @property {Pair[] | null} pairs that are shown; null where models are shown in grids
+ * @property {string[]} recent scored models of the active factor, the latest first
  * @property {number} scored models that have a score
  * @property {number} compared comparisons, of all factors
  * @property {boolean} can_undo

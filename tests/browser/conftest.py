@@ -26,6 +26,9 @@ from tests.waiting import PATIENCE
 MILLISECONDS = 1000 * PATIENCE
 SIZE = (1280, 800)
 
+QUIET = "localStorage.grammarlab ??= JSON.stringify({ preview: false });"
+"""Script of every window: without previews of models, which take long without a graphics card."""
+
 expect.set_options(timeout=MILLISECONDS)
 
 
@@ -82,7 +85,7 @@ def windows(browser: Browser) -> Iterator[Any]:
         calm = {"reduced_motion": "reduce", **options}
         context = browser.new_context(viewport={"width": width, "height": height}, **calm)
         contexts.append(context)
-        context.add_init_script(LATE + script)
+        context.add_init_script(LATE + QUIET + script)
         page = context.new_page()
         page.set_default_timeout(MILLISECONDS)
         page.on("pageerror", lambda error: wrong.append(str(error)))

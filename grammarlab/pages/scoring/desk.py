@@ -134,6 +134,7 @@ class SessionDesk(AbstractDesk):
         """Start learning after the first pictures."""
         if self.thumbnails.shows_something and not self.thumbnails.is_hurried:
             self.learning.prepare()
+            self.learning.learn_behind()
 
     def ask_artist(self, task: MakeGlb | FindPart, result: Result, answer: Answer, refuse: Refuse) -> None:
         """Run a task about one model before all pictures."""

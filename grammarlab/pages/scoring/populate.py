@@ -31,13 +31,17 @@ class WayWords:
 WAYS = {
     "default": WayWords("default", "half are predicted to be liked, the best first; half tell the most"),
     "uniform": WayWords("different", "as different as possible from each other and from all scored models"),
-    "grammar": WayWords("plain samples", "samples of the original, whatever was scored"),
+    "grammar": WayWords("unscored", "samples of the original that were not shown yet, whatever was scored"),
     "density": WayWords("as learned", "samples as learned from your scores, and beside them models that are avoided"),
     "uncertainty": WayWords("uncertain", "models with the most uncertain predictions"),
-    "already ranked": WayWords("scored before", "the most surprising scores first, to check for mistakes"),
+    "liked": WayWords("liked", "all that are predicted to be liked, the best first; New models shows the next"),
+    "scored": WayWords("scored", "all that you scored, the latest first; New models shows the next"),
+    "already ranked": WayWords("surprising", "scores that surprise the most, to check for mistakes"),
     PAIRS: WayWords("pairs", "two at a time, to choose the one that you prefer"),
 }
-"""Query strategies of `grammarlab.preference.queries`, and pairs, in words."""
+"""Query strategies of `grammarlab.preference.queries`, `LISTS` and pairs, in words."""
+LISTS = ("liked", "scored")
+"""Strategies that list models, and choose nothing to ask about."""
 
 _MIXED = ("may be liked, the best first", "tell the most")
 """Titles of the halves of the strategy ``default``, once something has been learned."""
@@ -45,9 +49,11 @@ _TITLES = {
     "default": ("to score", ""),
     "density": ("liked", "not liked"),
     "uniform": ("different", ""),
-    "grammar": ("samples", ""),
+    "grammar": ("unscored", ""),
     "uncertainty": ("uncertain", ""),
-    "already ranked": ("scored before", ""),
+    "liked": ("liked, the best first", ""),
+    "scored": ("scored, the latest first", ""),
+    "already ranked": ("surprising", ""),
     PAIRS: ("this one", "that one"),
 }
 
@@ -119,6 +125,26 @@ def liked_models(pool: ModelPool, record: Record, predicted: NDArray[np.floating
 
     open_ones = [index for index in np.flatnonzero(is_liked).tolist() if pool.names[index] not in scored]
     return [pool.names[index] for index in sorted(sorted(open_ones, key=order)[:num], key=lambda index: -mean[index])]
+
+
+def next_scored(record: Record, factor: str, num: int) -> list[str]:
+    """Models with a score of a factor, the latest first; those after the ones that are shown, around the end.
+
+    Args:
+        record: shown and scored models.
+        factor: name of the factor; empty for all factors.
+        num: number of models; fewer if fewer are scored.
+    """
+    factors = [record.factors[factor]] if factor else list(record.factors.values())
+    scored = dict.fromkeys(subject for scores in factors for subject in reversed(scores) if " " not in subject)
+    return after_shown(list(scored), record)[:num]
+
+
+def after_shown(models: Sequence[str], record: Record) -> list[str]:
+    """The models from the first one after those that are shown, then the others."""
+    shown = {model for grid in record.grids for model in grid.models}
+    last = max((index for index, model in enumerate(models) if model in shown), default=-1)
+    return [*models[last + 1 :], *models[: last + 1]]
 
 
 def fresh_samples(pool: ModelPool, record: Record, num: int) -> list[str]:

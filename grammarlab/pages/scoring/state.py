@@ -16,6 +16,8 @@ from grammarlab.pages.workers.tasks import Predictions, Singles
 from grammarlab.preference.labels import Kind
 from grammarlab.runs.sample.domains import SPECIES
 
+MAX_RECENT = 48
+"""Largest number of scored models beside the grids."""
 _VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather", -1, "second"), ("tie", 1, "alike"))
 """Messages, each with its order of models."""
 
@@ -47,6 +49,7 @@ def state_of(desk: SessionDesk) -> Message:
         "grids": [{"title": grid.title, "models": list(grid.models)} for grid in record.grids],
         "models": _models(display, predicted),
         "pairs": _pairs(display) if record.way == PAIRS else None,
+        "recent": _recent(display),
         "scored": len({subject for subject in subjects if " " not in subject}),
         "compared": sum(" " in subject for subject in subjects),
         "can_undo": bool(record.done),
@@ -67,9 +70,10 @@ def state_of(desk: SessionDesk) -> Message:
 
 
 def _models(display: SessionDisplay, predicted: Predictions | None) -> dict[str, Message]:
-    """Knowledge about each shown model."""
+    """Knowledge about each model in a grid or beside the grids."""
     record = display.record
-    names = [model for grid in record.grids for model in grid.models]
+    in_grids = (model for grid in record.grids for model in grid.models)
+    names = list(dict.fromkeys((*in_grids, *_recent(display))))
     index = display.knowledge.indices(names, display.pool)
     scores, product = record.factors[record.active], display.knowledge.predictions_of(0)
     columns = zip(
@@ -90,6 +94,12 @@ def _models(display: SessionDisplay, predicted: Predictions | None) -> dict[str,
         }
         for name, mean, std, of_product in columns
     }
+
+
+def _recent(display: SessionDisplay) -> list[str]:
+    """Models with a score of the active factor, the latest first."""
+    scored = [subject for subject in display.record.factors[display.record.active] if " " not in subject]
+    return scored[: -MAX_RECENT - 1 : -1]
 
 
 def _pairs(display: SessionDisplay) -> list[Message]:

@@ -17,7 +17,7 @@ from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.fitting import fit
 from grammarlab.learning.interview import next_factor
 from grammarlab.learning.questions import ask, ask_pairs
-from grammarlab.learning.round import State, Study, answered, init, step
+from grammarlab.learning.round import State, Study, answered, init, needs_wide, step
 from grammarlab.learning.stopping import NUM_MORE, expected_gain
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.learning.targets.explanation import words_of
@@ -67,6 +67,8 @@ class _LastUpdate:
     def __init__(self, study: Study[Any]) -> None:
         self._study = study
         self._state = init(study)
+        self._known: Update | None = None
+        """The last update."""
         self._numbers: Mapping[str, int] = {}
         """Number of each factor at the last update; it stays when the factor is renamed."""
         # Different from the versions of an earlier process.
@@ -96,11 +98,8 @@ class _LastUpdate:
         fit(rows, MAX_SCORE * (np.arange(len(rows)) % 2), groups=table.groups, method="grouped")
 
     def _update(self, request: Update, report: Report) -> LearnedUpdate:
-        # A pool that has been widened stays wide; it is widened only where new models are to be shown.
-        start = replace(init(self._study), wide=self._state.wide or request.wide)
-        state = step(
-            self._study, start, _answers(request.factors, self._study.space), report, widens=request.choice is not None
-        )
+        state = self._state if self._is_known(request) else self._learned(request, report)
+        self._known = request
         report("choosing models", 1, 1)
         # The state is consistent from here on.
         self._set_state(state, request.numbers)
@@ -109,7 +108,9 @@ class _LastUpdate:
         liked = None if product is None else self._predictions(product, rows)
         chosen = None if request.choice is None else self._choose(request, request.choice)
         elsewhere = tuple(map(str, state.columns.elsewhere))
-        divergence, left_out = self._divergence(liked), _left_out(request.factors, state)
+        # The change is that since the models before were shown.
+        divergence = 0.0 if request.choice is None else self._divergence(liked)
+        left_out = _left_out(request.factors, state)
         words, gain = self._words(liked), expected_gain(self._study, state)
         features = self._features(request.known_version)
         return LearnedUpdate(
@@ -125,6 +126,19 @@ class _LastUpdate:
             gain=gain,
             turn=self._turn(tuple(request.factors)),
         )
+
+    def _learned(self, request: Update, report: Report) -> State:
+        # A pool that has been widened stays wide; it is widened only where new models are to be shown.
+        start = replace(init(self._study), wide=self._state.wide or request.wide)
+        answers = _answers(request.factors, self._study.space)
+        return step(self._study, start, answers, report, widens=request.choice is not None)
+
+    def _is_known(self, request: Update) -> bool:
+        """Whether the last update learned from the same scores, and the same pool serves."""
+        known = self._known
+        if known is None or (known.factors, known.numbers) != (request.factors, request.numbers):
+            return False
+        return self._state.wide or not (request.wide or (request.choice is not None and needs_wide(self._state)))
 
     def _turn(self, names: tuple[str, ...]) -> str:
         return names[next_factor(self._study, self._state, names, NUM_MORE)] if len(names) > 1 else ""

@@ -71,25 +71,26 @@ def test_an_update_shows_new_models_with_bars_a_chart_and_reasons(learned):
 
 def test_models_come_in_all_ways(learned):
     learned.page.get_by_role("button", name="by ").click()
-    assert learned.page.get_by_role("radio").count() == 6
+    assert learned.page.get_by_role("radio").count() == 8
     learned.press("Escape")
     for way, titles in (
-        ("plain samples", 1),
+        ("unscored", 1),
         ("different", 1),
         ("uncertain", 1),
-        ("scored before", 1),
+        ("surprising", 1),
+        ("scored all", 1),
         ("as learned", 2),
         ("default", 2),
     ):
         populate(learned, way)
-        expect(learned.page.get_by_role("button", name="by ")).to_contain_text(way)
+        expect(learned.page.get_by_role("button", name="by ")).to_contain_text(way.removesuffix(" all"))
         headings = learned.page.locator(".gl-title")
         assert headings.count() >= titles, way
     assert len(set(learned.models())) == len(learned.models())
 
 
 def test_already_ranked_shows_scored_models_with_their_scores(learned):
-    populate(learned, "scored before")
+    populate(learned, "surprising")
     expect(learned.page.locator(".gl-score:not(:empty)")).to_have_count(32)
     populate(learned, "default")
 

@@ -11,10 +11,12 @@ import pytest
 from grammarlab.errors import GrammarlabError
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.pages.record.label_exchange import read_labels_or_session
+from grammarlab.pages.scoring.learning import NUM_BEHIND
 from grammarlab.pages.scoring.session import Session
 from grammarlab.preference.label_files import read_labels
 from tests.pages.scoring.tower import kind_of
 from tests.pages.scoring.windows import Window, shown_models
+from tests.waiting import wait_until
 
 
 def test_an_update_can_be_cancelled_and_scores_are_saved_meanwhile(session: Session):
@@ -71,6 +73,33 @@ def test_models_stay_where_the_person_went_on_during_an_update(session: Session)
     assert shown_models(state) == models
     assert not state["fresh"]
     assert "predictions are updated" in state["message"]
+
+
+def test_enough_new_scores_are_learned_from_behind_the_person(session: Session):
+    window = Window(session)
+    models = shown_models(session.call("state")[0])
+    with pytest.raises(GrammarlabError, match="nothing has been learned yet"):
+        session.call("populate", way="liked")
+    session.post(session.desk.learning.prepare)
+    for model in models[:NUM_BEHIND]:
+        window.forget()
+        session.post(session.desk.learning.learn_behind)
+        session.call("score", models=[model], score=100 if kind_of(model) == "Flat" else 0)
+    wait_until(lambda: session.desk.display.knowledge.features)
+    session.post(session.desk.learning.learn_behind)
+    state = window.state(lambda state: state["fresh"])
+    # Nothing on the page but the predictions is another one.
+    assert (shown_models(state), state["chart"], state["updating"], state["message"]) == (models, [], None, None)
+    assert state["recent"] == models[:NUM_BEHIND][::-1]
+    assert all(known["mean"] is not None for known in state["models"].values())
+    session.call("populate", way="scored")
+    state, _ = session.call("state")
+    assert shown_models(state) == state["recent"]
+    session.call("populate", way="liked")
+    state, _ = session.call("state")
+    means = [state["models"][model]["mean"] for model in shown_models(state)]
+    assert means == sorted(means, reverse=True)
+    assert kind_of(shown_models(state)[0]) == "Flat"
 
 
 def test_imported_models_that_are_not_of_the_pool_are_shown_predicted_and_sorted(

@@ -15,7 +15,7 @@ from grammarlab.learning.round import Study, init, step
 from grammarlab.pages.record.judgements import Judgement, compared
 from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.scoring.knowledge import ModelPool
-from grammarlab.pages.scoring.populate import WAYS
+from grammarlab.pages.scoring.populate import LISTS, WAYS
 from grammarlab.pages.workers.learner import learner
 from grammarlab.pages.workers.tasks import Choose, Factors, Features, LearnedUpdate, ModelChoice, Prepare, Update
 from grammarlab.pages.workers.worker_pool import Handler
@@ -28,6 +28,8 @@ from tests.pages.scoring.tower import TOWER, kind_of
 SEED, SIZE = 3, 150
 NUMBERS = {name: number for number, name in enumerate(("overall", "a", "b", "c"), 1)}
 """Of factors."""
+ASKED = [way for way in WAYS if way not in LISTS]
+"""Strategies that ask the learner for models."""
 
 
 def report(_stage: str, done: int, total: int) -> None:
@@ -65,13 +67,31 @@ def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
     assert np.array_equal(again.rows, features.rows)
 
 
+def test_new_models_after_the_same_scores_need_no_second_fit(pool: ModelPool, monkeypatch: pytest.MonkeyPatch):
+    scores = {"overall": {name: 100.0 if kind_of(name) == "Flat" else 0.0 for name in pool.names[:12]}}
+    choice = ModelChoice("default", "overall", 8, 5)
+    once = update(learner(".cga", TOWER, "tower", ".", SEED, SIZE, False), scores, choice)
+    handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
+    behind = update(handler, scores)
+    assert (behind.chosen, behind.js) == (None, 0.0)
+    with monkeypatch.context() as forbidden:
+        forbidden.delattr("grammarlab.pages.workers.learner.step")
+        then = update(handler, scores, choice)
+    assert (then.chosen, then.js, then.words) == (once.chosen, once.js, once.words)
+    assert np.array_equal(then.factors["overall"].mean, once.factors["overall"].mean)
+    other = scores["overall"] | {pool.names[0]: 50.0}
+    assert not np.array_equal(
+        update(handler, {"overall": other}, choice).factors["overall"].mean, once.factors["overall"].mean
+    )
+
+
 @pytest.mark.parametrize(
     "scores",
     some([[0.0], [0.0] * 8, [100.0] * 8, [0.0, 100.0] * 4, [1e-9, 0.0], [100.0], [12.5] * 8]),
     ids=str,
 )
 def test_any_scores_can_be_learned_from(handler: Handler, pool: ModelPool, scores: list[float]):
-    for way in WAYS:
+    for way in ASKED:
         found = update(
             handler, {"overall": dict(zip(pool.names, scores, strict=False))}, ModelChoice(way, "overall", 6, 1)
         )
@@ -152,7 +172,7 @@ def test_the_density_does_not_move_without_new_scores(handler: Handler, pool: Mo
 
 def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):
     handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
-    for way in WAYS:
+    for way in ASKED:
         chosen = handler(
             Choose(said({"overall": {pool.names[0]: 5.0}}), NUMBERS, ModelChoice(way, "overall", 4, 2)), report
         )
@@ -205,7 +225,7 @@ def test_a_label_file_teaches_what_the_session_learns_to_the_last_bit(
 def test_comparisons_alone_can_be_learned_from(handler: Handler, pool: ModelPool, kind: Kind):
     pairs = list(zip(pool.names[:16:2], pool.names[1:16:2], strict=True))
     scores = dict(compared(pair, kind) for pair in pairs)
-    for way in WAYS:
+    for way in ASKED:
         found = handler(Update({"overall": scores}, NUMBERS, ModelChoice(way, "overall", 6, 1)), report)
         assert np.isfinite(found.factors["overall"].mean).all()
         assert (found.product is None) == (kind == "tie")

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source dbda8341bc928a34 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source fca94e4f3973c70e */
 
 // shared/ahead.js
 var Ahead = class {
@@ -221,11 +221,17 @@ var Pictures = class {
   #sheets = /* @__PURE__ */ new Set();
   /** @type {Set<string>} */
   #shown = /* @__PURE__ */ new Set();
+  /** @type {string[]} */
+  #kept = [];
   /** @param {Channel} channel @param {() => void} came */
   constructor(channel, came) {
     this.#channel = channel;
     this.#came = came;
     channel.on("pictures", (message, [buffer]) => void this.#take(message, buffer));
+  }
+  /** Those that are shown beside others, in any size, from the next request on. @param {string[]} models */
+  keep(models) {
+    this.#kept = models;
   }
   /**
    * Asks for those that are not here in that size or better. A request replaces the one before it.
@@ -233,8 +239,11 @@ var Pictures = class {
    * @param {number} size pixels
    */
   want(models, size) {
-    this.#shown = new Set(models);
-    const missing = [...this.#shown].filter((model) => (this.#known.get(model)?.size ?? 0) < size);
+    const large = new Set(models);
+    this.#shown = /* @__PURE__ */ new Set([...models, ...this.#kept]);
+    const missing = [...this.#shown].filter(
+      (model) => (this.#known.get(model)?.size ?? 0) < (large.has(model) ? size : 1)
+    );
     if (!this.#channel.connected || missing.every((model) => (this.#asked.get(model) ?? 0) >= size)) return;
     this.#asked = new Map(missing.map((model) => [model, size]));
     this.#channel.request("pictures", { models: missing, size }).catch(() => this.askAgain());
@@ -587,6 +596,7 @@ function bar(name) {
 }
 
 // scoring/display.js
+var ZOOMS = { least: 0.5, most: 10 };
 var JUDGED = 200;
 var OVERVIEW = 5;
 var SMALLEST = 26;
@@ -605,6 +615,8 @@ function makeDisplay(page) {
   let columns = 1;
   let size = 0;
   let frame = 0;
+  let zoomed = () => {
+  };
   const resizes = new ResizeObserver(() => fit());
   resizes.observe(stage);
   function update(state) {
@@ -677,8 +689,9 @@ function makeDisplay(page) {
     about.textContent = model && page.state.models[model] ? inWords2(knownOf(page, model)) : "";
   }
   function zoomBy(factor, to = middle(), held = hold(to)) {
-    zoom = factor ? Math.min(Math.max(zoom * factor, 0.5), 10) : 1;
+    zoom = factor ? Math.min(Math.max(zoom * factor, ZOOMS.least), ZOOMS.most) : 1;
     fit();
+    zoomed();
     const box = held.anchor.getBoundingClientRect();
     stage.scrollLeft += box.x + held.x * box.width - to.clientX;
     stage.scrollTop += box.y + held.y * box.height - to.clientY;
@@ -727,6 +740,9 @@ function makeDisplay(page) {
     fit,
     describe,
     zoomBy,
+    zoom: () => zoom,
+    /** Calls a function after every change of the zoom. @param {() => void} listener */
+    whenZoomed: (listener) => void (zoomed = listener),
     hold,
     positionOf,
     tiles,
@@ -1292,8 +1308,7 @@ var MOVEMENTS = {
   "+": [0, 0, 1.25],
   "-": [0, 0, 0.8]
 };
-function makeLook(page, backToGrid) {
-  let code = null;
+function makeLook(page, code, backToGrid) {
   let view = null;
   let model = "";
   let canvas = element("canvas", {
@@ -1357,15 +1372,13 @@ function makeLook(page, backToGrid) {
     update();
     note.textContent = "loading…";
     try {
-      code ??= loadCode(page);
-      const [{ buffers }, { show }] = await Promise.all([page.channel.request("model", { model: id }), code]);
+      const [{ buffers }, { show }] = await Promise.all([page.channel.request("model", { model: id }), code()]);
       if (!dialog.open || model !== id) return;
       const damping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
       view ??= show(canvas, { damping, picked: rule.pick });
       await view.load(buffers[0]);
       note.textContent = "";
     } catch (error) {
-      code = view ? code : null;
       if (model === id) note.textContent = `No 3D view: ${error instanceof Error ? error.message : error}`;
     }
   }
@@ -1389,18 +1402,6 @@ function makeLook(page, backToGrid) {
       dialog.close();
     }
   };
-}
-async function loadCode(page) {
-  const { buffers } = await page.channel.request("viewer");
-  const url = URL.createObjectURL(new Blob(buffers, { type: "text/javascript" }));
-  try {
-    return await import(
-      /* @vite-ignore */
-      url
-    );
-  } finally {
-    URL.revokeObjectURL(url);
-  }
 }
 
 // scoring/outbox.js
@@ -1644,7 +1645,7 @@ function apart({ touches }) {
 }
 
 // scoring/preferences.js
-var DEFAULTS = { bars: true, advance: true, scale: "score" };
+var DEFAULTS = { bars: true, advance: true, preview: true, scale: "score" };
 function loadPreferences() {
   return new Proxy(
     { ...DEFAULTS, ...stored() },
@@ -1666,6 +1667,154 @@ function stored() {
   } catch {
     return {};
   }
+}
+
+// scoring/preview.js
+var REST = 500;
+var ROUND = 9e3;
+var LARGEST2 = 460;
+var ROOM = 560;
+function makePreview(page, display, code) {
+  const stage = display.element;
+  const canvas = element("canvas", { class: "gl-canvas" });
+  const box = element("div", { class: "gl-preview", "aria-hidden": "true", hidden: true }, canvas);
+  let view = null;
+  let model = "";
+  let timer = 0;
+  let frame = 0;
+  stage.addEventListener("pointermove", ({ pointerType, buttons, target }) => {
+    if (pointerType === "mouse" && !buttons) rest(target);
+  });
+  stage.addEventListener("focusin", ({ target }) => {
+    if (target instanceof Element && target.matches(":focus-visible")) rest(target);
+  });
+  for (const end of ["pointerleave", "pointerdown", "focusout", "wheel", "keydown"])
+    stage.addEventListener(end, hide, { passive: true });
+  stage.addEventListener("scroll", () => box.hidden ? wait() : hide(), { passive: true });
+  function rest(target) {
+    const position = display.positionOf(target);
+    const meant = position < 0 ? "" : page.selection.order[position];
+    if (meant === model) return;
+    hide();
+    if (!meant || !page.preferences.preview || stage.clientWidth < ROOM) return;
+    model = meant;
+    wait();
+  }
+  function wait() {
+    clearTimeout(timer);
+    if (model) timer = window.setTimeout(() => void show(), REST);
+  }
+  async function show() {
+    const meant = model;
+    try {
+      const [{ buffers }, { show: open }] = await Promise.all([
+        page.channel.request("model", { model: meant }),
+        code()
+      ]);
+      const tile = display.tiles()[page.selection.order.indexOf(meant)];
+      if (model !== meant || !tile) return;
+      place(tile);
+      view ??= open(canvas, { damping: false });
+      await view.load(buffers[0]);
+      if (model === meant) turn(view);
+    } catch {
+      hide();
+    }
+  }
+  function place(tile) {
+    const [room, at] = [stage.getBoundingClientRect(), tile.getBoundingClientRect()];
+    const size = Math.min(LARGEST2, 0.48 * room.width, room.height - 24);
+    const isLeft = at.left + at.width / 2 < room.left + room.width / 2;
+    box.style.width = box.style.height = `${size}px`;
+    box.style.left = `${stage.offsetLeft + (isLeft ? stage.clientWidth - size - 12 : 12)}px`;
+    box.style.top = `${stage.offsetTop + 12}px`;
+    box.hidden = false;
+  }
+  function turn(shown) {
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) return;
+    const begin = performance.now();
+    let before = begin;
+    const step = (now) => {
+      shown.move(2 * Math.PI * Math.max(now - before, 0) / ROUND);
+      before = Math.max(now, before);
+      frame = now - begin < ROUND ? requestAnimationFrame(step) : 0;
+    };
+    frame = requestAnimationFrame(step);
+  }
+  function hide() {
+    clearTimeout(timer);
+    cancelAnimationFrame(frame);
+    model = "";
+    box.hidden = true;
+  }
+  return {
+    element: box,
+    hide,
+    /** Other models may be shown now. */
+    update() {
+      if (model && !page.selection.order.includes(model)) hide();
+    },
+    close() {
+      hide();
+      view?.dispose();
+    }
+  };
+}
+
+// scoring/recent.js
+function makeRecent(page) {
+  const list = element("ul", { class: "gl-recent", "aria-label": "Scored models, the latest first" });
+  const section = element(
+    "section",
+    { class: "gl-card", "aria-label": "Scored", hidden: true },
+    element("h2", {}, "Scored"),
+    list
+  );
+  const entries = /* @__PURE__ */ new Map();
+  function update() {
+    page.pictures.keep(page.state.recent);
+    draw();
+  }
+  function draw() {
+    const models = page.state.recent.filter((model) => knownOf(page, model).score !== null);
+    section.hidden = !models.length;
+    for (const model of models) if (!entries.has(model)) entries.set(model, makeEntry(page, model));
+    for (const model of models) entries.get(model)?.draw();
+    const shown = models.map((model) => (
+      /** @type {Entry} */
+      entries.get(model).element
+    ));
+    if (shown.length === list.childElementCount && shown.every((item, at) => item === list.children[at])) return;
+    list.replaceChildren(...shown);
+  }
+  return { element: section, update, draw };
+}
+function makeEntry(page, model) {
+  const picture = element("span", { class: "gl-picture" });
+  const score = element("span", { class: "gl-score" });
+  const look = element(
+    "button",
+    { type: "button", class: "gl-recent-look", onclick: () => page.look(model) },
+    picture,
+    score
+  );
+  const remove = element(
+    "button",
+    { type: "button", class: "gl-button gl-quiet", onclick: () => page.score([model], null) },
+    icon("close")
+  );
+  const item = element("li", {}, look, remove);
+  return {
+    element: item,
+    draw() {
+      const known = knownOf(page, model);
+      drawPicture(picture, page.pictures.find(model));
+      score.textContent = shortly(known);
+      score.classList.toggle("gl-unsaved", !known.saved);
+      look.ariaLabel = look.title = inWords2(known);
+      remove.ariaLabel = remove.title = `Remove the score of ${known.label}`;
+    }
+  };
 }
 
 // scoring/results.js
@@ -1855,9 +2004,9 @@ function makeScoring(page, backToGrid) {
   const controls = element("fieldset", { class: "gl-plain" }, steps.element, slider, form);
   const section = element(
     "section",
-    { class: "gl-card", "aria-label": "Score" },
+    { class: "gl-card gl-scoring", "aria-label": "Score" },
     element("div", { class: "gl-row" }, heading, count, element("span", { class: "gl-space" }), look),
-    element("div", { class: "gl-row", role: "group", "aria-label": "Scale" }, ...scales),
+    element("div", { class: "gl-row gl-scales", role: "group", "aria-label": "Scale" }, ...scales),
     controls,
     element("label", { class: "gl-check" }, advance, "after a key, go on to the next model")
   );
@@ -2092,6 +2241,14 @@ function makeToolbar(page, display, pointer) {
     page.preferences.bars = on;
     display.fit();
   });
+  const preview = toggle(
+    "cube",
+    "Show the model below the mouse large, and turning",
+    page.preferences.preview,
+    (on) => {
+      page.preferences.preview = on;
+    }
+  );
   const bar2 = element(
     "div",
     { class: "gl-toolbar", role: "toolbar", "aria-label": "Display" },
@@ -2105,9 +2262,11 @@ function makeToolbar(page, display, pointer) {
       element(
         "div",
         { class: "gl-row" },
+        preview,
         bars,
         pan,
         iconButton("minus", "Zoom out", () => display.zoomBy(0.8)),
+        zoomSlider(display),
         iconButton("fit", "Show all", () => display.zoomBy(0)),
         iconButton("plus", "Zoom in", () => display.zoomBy(1.25))
       )
@@ -2212,6 +2371,33 @@ function toggleButton(text, title, onclick) {
   button.ariaPressed = "false";
   return button;
 }
+function zoomSlider(display) {
+  const slider = element("input", {
+    class: "gl-zoom",
+    type: "range",
+    min: Math.log2(ZOOMS.least),
+    max: Math.log2(ZOOMS.most),
+    step: "any",
+    title: "Size of pictures; also the wheel here, or Ctrl and the wheel on the pictures",
+    "aria-label": "Size of pictures"
+  });
+  const show = () => {
+    slider.value = String(Math.log2(display.zoom()));
+    slider.ariaValueText = `${Math.round(100 * display.zoom())} %`;
+  };
+  slider.addEventListener("input", () => display.zoomBy(2 ** slider.valueAsNumber / display.zoom()));
+  slider.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      display.zoomBy(event.deltaY < 0 ? 1.12 : 1 / 1.12);
+    },
+    { passive: false }
+  );
+  display.whenZoomed(show);
+  show();
+  return slider;
+}
 function legend() {
   const key = (name, text) => element("span", { class: `gl-key ${name}` }, element("i"), text);
   return element("span", { class: "gl-legend" }, key("gl-predicted", "predicted"), key("gl-uncertain", "uncertain"));
@@ -2238,6 +2424,32 @@ function toggle(picture, label, on, changed) {
   });
   button.ariaPressed = String(on);
   return button;
+}
+
+// scoring/viewer_code.js
+function viewerCode(channel) {
+  let code = null;
+  return async () => {
+    code ??= load(channel);
+    try {
+      return await code;
+    } catch (error) {
+      code = null;
+      throw error;
+    }
+  };
+}
+async function load(channel) {
+  const { buffers } = await channel.request("viewer");
+  const url = URL.createObjectURL(new Blob(buffers, { type: "text/javascript" }));
+  try {
+    return await import(
+      /* @vite-ignore */
+      url
+    );
+  } finally {
+    URL.revokeObjectURL(url);
+  }
 }
 
 // scoring/main.js
@@ -2284,6 +2496,7 @@ function build(root, channel, first) {
   const redraw = () => {
     if (page.state.pairs) compare.draw();
     else display.drawSoon();
+    recent.draw();
     scoring.update();
   };
   let way = "default";
@@ -2319,7 +2532,10 @@ function build(root, channel, first) {
       const { factors: factors2, active } = page.state;
       return factors2.find(({ name }) => name === active) ?? factors2[0];
     },
-    look: (model) => void look.open(model),
+    look(model) {
+      preview.hide();
+      void look.open(model);
+    },
     say: (text) => status.say(text),
     complain: (error) => status.complain(error)
   };
@@ -2329,7 +2545,10 @@ function build(root, channel, first) {
   const status = makeStatus(page);
   const scoring = makeScoring(page, () => keys.handOn());
   const keys = listenToKeys(page, display, scoring);
-  const look = makeLook(page, () => page.state.pairs ? compare.focus() : display.focus());
+  const code = viewerCode(channel);
+  const preview = makePreview(page, display, code);
+  const recent = makeRecent(page);
+  const look = makeLook(page, code, () => page.state.pairs ? compare.focus() : display.focus());
   const learning = makeLearning(page);
   const results = makeResults(page);
   const factors = makeFactors(page);
@@ -2355,11 +2574,20 @@ function build(root, channel, first) {
     element(
       "div",
       { class: "gl-main" },
-      element("div", { class: "gl-left" }, toolbar.element, display.element, display.about, compare.element),
+      element(
+        "div",
+        { class: "gl-left" },
+        toolbar.element,
+        display.element,
+        preview.element,
+        display.about,
+        compare.element
+      ),
       element(
         "section",
         { class: "gl-side", "aria-label": "Score and learn" },
         scoring.element,
+        recent.element,
         learning.element,
         results.element
       )
@@ -2429,7 +2657,8 @@ function build(root, channel, first) {
       undo.disabled = !state.can_undo;
       redo.disabled = !state.can_redo;
       const shown = after ? compare : display;
-      for (const part of [factors, toolbar, shown, scoring, learning, look, status]) part.update(state);
+      for (const part of [factors, toolbar, recent, shown, preview, scoring, learning, look, status])
+        part.update(state);
       if (before !== after && hasKeyboard()) shown.focus();
     },
     /** @param {import("./types.js").Progress} progress */
@@ -2453,7 +2682,7 @@ function build(root, channel, first) {
     close() {
       removeEventListener("beforeunload", warn);
       document.removeEventListener("keydown", loose);
-      for (const part of [display, page.pictures, results, look, help, status]) part.close();
+      for (const part of [preview, display, page.pictures, results, look, help, status]) part.close();
     }
   };
 }
