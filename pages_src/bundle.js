@@ -54,5 +54,6 @@ await page("editor", ["shared", "stage"]);
 await page("layers", ["shared", "stage"]);
 await page("example", ["shared"]);
 await page("scan", ["shared"]);
+await page("watch", ["shared"]);
 await page("city", ["shared"], minified);
 await bundle("viewer/viewer.js", `${STATIC}/scoring/viewer.js`, ["viewer"], minified);

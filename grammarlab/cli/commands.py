@@ -20,6 +20,7 @@ _COMMANDS = {
     "format": "rule_files:format_file",
     "label": "label:label",
     "score": "score:score",
+    "watch": "watch:watch",
     "learn": "learn:learn",
     "compare": "compare:compare",
     "evaluate": "evaluate:evaluate",

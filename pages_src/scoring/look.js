@@ -1,6 +1,6 @@
 import { element, iconButton } from "../shared/element.js";
 import { inWords, knownOf } from "./known.js";
-import { makeRule } from "./rule.js";
+import { makeRule } from "../shared/rule.js";
 import { makeSteps, scaleOf, scoreOfKey } from "../shared/scale.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -21,7 +21,7 @@ const MOVEMENTS = {
 /**
  * The large 3D view of one model.
  * @param {Page} page
- * @param {ReturnType<typeof import("./viewer_code.js").viewerCode>} code
+ * @param {ReturnType<typeof import("../shared/viewer_code.js").viewerCode>} code
  * @param {() => void} backToGrid
  */
 export function makeLook(page, code, backToGrid) {
@@ -37,7 +37,7 @@ export function makeLook(page, code, backToGrid) {
   const room = element("div", { class: "gl-room" }, canvas);
   const title = element("h2", { class: "gl-look-title" });
   const note = element("p", { class: "gl-look-note", role: "status" });
-  const rule = makeRule(page, (triangles) => view?.mark(triangles));
+  const rule = makeRule(page.channel, (triangles) => view?.mark(triangles));
   const steps = makeSteps(page, "Score of this model", (score) => page.score([model], score));
   const dialog = element(
     "dialog",

@@ -21,7 +21,7 @@ import { makeScoring } from "./scoring.js";
 import { Selection } from "./selection.js";
 import { makeStatus } from "./status.js";
 import { makeToolbar } from "./toolbar.js";
-import { viewerCode } from "./viewer_code.js";
+import { viewerCode } from "../shared/viewer_code.js";
 import { socketTransport, socketUrl, widgetTransport } from "../shared/transports.js";
 
 /** @typedef {import("./types.js").Page} Page */

@@ -12,7 +12,7 @@ const ROOM = 560; // pixels of width from which on there is room beside the mode
  * The model below the mouse or the keyboard, large beside it, and turning once.
  * @param {Page} page
  * @param {ReturnType<typeof import("./display.js").makeDisplay>} display
- * @param {ReturnType<typeof import("./viewer_code.js").viewerCode>} code
+ * @param {ReturnType<typeof import("../shared/viewer_code.js").viewerCode>} code
  */
 export function makePreview(page, display, code) {
   const stage = display.element;

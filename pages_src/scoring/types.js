@@ -22,12 +22,6 @@
  * @typedef {{ labels: number, js: number }} Movement JS divergence between what was learned before and after an update, nats
  * @typedef {{ name: string, level: string, share: number }} Relevance
  *
- * @typedef {object} ModelPart a visible shape of a model
- * @property {number} number
- * @property {number} count parts of the model
- * @property {[number, number]} triangles its first one among those of the model, and the one after its last
- * @property {[string, string][]} path symbols from the initial shape down to it, with their places in the rule file
- *
  * @typedef {object} State everything Python tells, whole each time it changes
  * @property {number} protocol
  * @property {string} title

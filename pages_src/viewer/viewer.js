@@ -196,11 +196,13 @@ export function show(canvas, { damping = true, picked = () => {} } = {}) {
   /**
    * Shows a model instead of the one before. When two loads cross, the later call wins.
    * @param {ArrayBuffer} glb
+   * @param {boolean} [stays] whether the camera stays where it is, since it is the same model after a change
    */
-  async function load(glb) {
+  async function load(glb, stays = false) {
     const turn = ++loads;
     const loaded = (await new GLTFLoader().parseAsync(glb, "")).scene;
     if (turn !== loads) return discard(loaded);
+    const place = stays && model ? { eye: camera.position.clone(), target: controls.target.clone() } : null;
     clear();
     loaded.traverse((part) => {
       part.castShadow = part.receiveShadow = part instanceof Mesh;
@@ -209,6 +211,10 @@ export function show(canvas, { damping = true, picked = () => {} } = {}) {
     scene.add(model);
     resize();
     reset();
+    if (!place) return;
+    camera.position.copy(place.eye);
+    controls.target.copy(place.target);
+    draw();
   }
 
   function clear() {

@@ -91,7 +91,7 @@ def test_models_come_in_all_ways(learned):
 
 def test_already_ranked_shows_scored_models_with_their_scores(learned):
     populate(learned, "surprising")
-    expect(learned.page.locator(".gl-score:not(:empty)")).to_have_count(32)
+    expect(learned.page.locator(".gl-cell .gl-score:not(:empty)")).to_have_count(32)
     populate(learned, "default")
 
 

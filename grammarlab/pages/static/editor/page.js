@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source f88e322f812dd70e */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source e02da763883d76cf */
 
 // shared/ahead.js
 var Ahead = class {

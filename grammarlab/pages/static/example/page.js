@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source 952474d72c1b5766 */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source 652b9a5ca7bde187 */
 
 // shared/ahead.js
 var Ahead = class {

@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 08575b787691da8e */
+/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 69cd7186ae6de417 */
 
 // shared/ahead.js
 var Ahead = class {

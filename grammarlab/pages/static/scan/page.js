@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source c232271ee6829289 */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source e7496abb537693be */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source fca94e4f3973c70e */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 1ffc5c391203f91e */
 
 // shared/ahead.js
 var Ahead = class {
@@ -1229,9 +1229,9 @@ function drawChart(movements) {
   ];
 }
 
-// scoring/rule.js
+// shared/rule.js
 var INVITATION = "Click a part of the model to see the rule that made it.";
-function makeRule(page, mark2) {
+function makeRule(channel, mark2) {
   let model = "";
   let asked = 0;
   let part = null;
@@ -1268,7 +1268,7 @@ function makeRule(page, mark2) {
     const turn = ++asked;
     if (!part) text.replaceChildren("looking…");
     try {
-      const { result } = await page.channel.request("part", { model, ...which });
+      const { result } = await channel.request("part", { model, ...which });
       if (turn !== asked) return;
       part = /** @type {ModelPart} */
       result;
@@ -1319,7 +1319,7 @@ function makeLook(page, code, backToGrid) {
   const room = element("div", { class: "gl-room" }, canvas);
   const title = element("h2", { class: "gl-look-title" });
   const note = element("p", { class: "gl-look-note", role: "status" });
-  const rule = makeRule(page, (triangles) => view?.mark(triangles));
+  const rule = makeRule(page.channel, (triangles) => view?.mark(triangles));
   const steps = makeSteps(page, "Score of this model", (score) => page.score([model], score));
   const dialog = element(
     "dialog",
@@ -2426,7 +2426,7 @@ function toggle(picture, label, on, changed) {
   return button;
 }
 
-// scoring/viewer_code.js
+// shared/viewer_code.js
 function viewerCode(channel) {
   let code = null;
   return async () => {

@@ -1,16 +1,21 @@
-import { element, iconButton } from "../shared/element.js";
+import { element, iconButton } from "./element.js";
 
-/** @typedef {import("./types.js").Page} Page */
-/** @typedef {import("./types.js").ModelPart} ModelPart */
+/**
+ * @typedef {object} ModelPart a visible shape of a model
+ * @property {number} number
+ * @property {number} count parts of the model
+ * @property {[number, number]} triangles its first one among those of the model, and the one after its last
+ * @property {[string, string][]} path symbols from the initial shape down to it, with their places in the rule file
+ */
 
 const INVITATION = "Click a part of the model to see the rule that made it.";
 
 /**
  * Which rule made a part of the model in the 3D view, and the symbols above it.
- * @param {Page} page
+ * @param {import("./channel.js").Channel} channel
  * @param {(triangles: [number, number] | null) => void} mark shows which part is meant
  */
-export function makeRule(page, mark) {
+export function makeRule(channel, mark) {
   let model = "";
   let asked = 0;
   /** @type {ModelPart | null} */
@@ -60,7 +65,7 @@ export function makeRule(page, mark) {
     const turn = ++asked;
     if (!part) text.replaceChildren("looking…");
     try {
-      const { result } = await page.channel.request("part", { model, ...which });
+      const { result } = await channel.request("part", { model, ...which });
       if (turn !== asked) return;
       part = /** @type {ModelPart} */ (result);
       number = part.number;

@@ -1,0 +1,131 @@
+"""Models of a rule file as it is now, in a worker process."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+from PIL import Image
+
+from grammarlab.assets.mesh_files import AssetFolder
+from grammarlab.derivation.expressions import number_grammar
+from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Lots
+from grammarlab.errors import DerivationError, Finding, GrammarlabError, LanguageError
+from grammarlab.export.glb import merged_glb
+from grammarlab.features.acceptance import Acceptance, derive_accepted
+from grammarlab.language.attribute_values import read_attributes
+from grammarlab.language.grammar import Grammar
+from grammarlab.learning.designs.grammar_space import GrammarParts
+from grammarlab.pages.watch.controls import Control, controls_of
+from grammarlab.pages.watch.watch_tasks import DrawPicture, MadeModel, MakeModel, Mistake, Wanted
+from grammarlab.pages.workers.artist import PartFinder
+from grammarlab.pages.workers.tasks import FindPart, FoundPart
+from grammarlab.pages.workers.worker_pool import Handler, Report
+from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.raycast import RaycastRenderer
+from grammarlab.rendering.renderer import RenderOptions
+from grammarlab.runs.sample.checks import warnings_of
+from grammarlab.runs.sample.contact_sheet import seen_points
+from grammarlab.runs.sample.records import compiled
+from grammarlab.runs.sample.shipped import find_rules
+from grammarlab.scene import TriangleBatch, realize, triangles
+from grammarlab.scene.scene_pictures import with_pictures
+
+MAX_GLB_BYTES = 128 << 20
+"""Largest size of a model for a window in bytes."""
+_QUALITY = 88
+"""Quality of JPEGs, 1 to 95."""
+
+
+def modeler(file: str, assets: str) -> Handler:
+    """Worker for `MakeModel`, `DrawPicture` and `FindPart` tasks of a rule file.
+
+    Args:
+        file: path of the file, or the name of a shipped one; it is read again for each model.
+        assets: folder of assets; empty for the one beside the file.
+    """
+    return _Bench(file, Path(assets) if assets else None).do
+
+
+@dataclass
+class _Bench:
+    file: str
+    assets: Path | None
+    part_finder: PartFinder | None = None
+
+    def do(self, request: MakeModel | DrawPicture | FindPart, _report: Report) -> MadeModel | FoundPart | bytes:
+        if isinstance(request, FindPart):
+            if self.part_finder is None:
+                raise GrammarlabError("there is no model; the rules have errors.")
+            return self.part_finder.find(request.number, request.is_triangle)
+        if isinstance(request, DrawPicture):
+            return self._picture(request)
+        return self._make(request.wanted)
+
+    def _make(self, wanted: Wanted) -> MadeModel:
+        self.part_finder = None
+        controls: tuple[Control, ...] | None = None
+        lines: list[str] = []
+        try:
+            lines = find_rules(self.file, self.assets).text().splitlines()
+            rules = self._rules()
+            controls = controls_of(rules)
+            forest, batch, folder = self._derive(wanted)
+            glb = _glb_of(batch, folder)
+            self.part_finder = PartFinder("", GrammarParts(forest, number_grammar(rules)))
+            warnings = tuple(_mistake_of(each, lines) for each in warnings_of(forest.missing_assets, folder))
+            return MadeModel(glb, len(forest.leaves), controls, warnings)
+        except LanguageError as error:
+            mistakes = tuple(_mistake_of(each, error.text.splitlines() or lines) for each in error.findings)
+            return MadeModel(controls=controls, mistakes=mistakes)
+        except DerivationError as error:
+            return MadeModel(controls=controls, mistakes=(_mistake_of_derivation(error, lines),))
+        except GrammarlabError as error:
+            return MadeModel(controls=controls, mistakes=(Mistake("error", str(error)),))
+
+    def _rules(self) -> Grammar:
+        source = find_rules(self.file, self.assets)
+        return compiled(source.text(), source.name)[0]
+
+    def _derive(self, wanted: Wanted) -> tuple[Forest, TriangleBatch, Path]:
+        source = find_rules(self.file, self.assets)
+        rules, program = compiled(source.text(), source.name)
+        # What a save has renamed or removed is no longer set.
+        texts = [f"{name}={value}" for name, value in wanted.attributes if name in rules.attributes]
+        values = read_attributes(texts, rules)
+        lots = Lots.at(wanted.seed, wanted.model, DEFAULT_FOOTPRINT, values, None)
+        forest = derive_accepted(program, Acceptance.of(rules.tree), lots, AssetFolder(source.assets)).forest
+        return forest, triangles(with_pictures(realize(forest), source.assets)).model(0), source.assets
+
+    def _picture(self, request: DrawPicture) -> bytes:
+        _, batch, _ = self._derive(request.wanted)
+        options = RenderOptions(width=request.size, height=request.size, samples=2)
+        picture = RaycastRenderer().render(batch, frame(seen_points(batch), 1.0, View()), options)
+        file = io.BytesIO()
+        Image.fromarray(picture).save(file, "JPEG", quality=_QUALITY)
+        return file.getvalue()
+
+
+def _glb_of(batch: TriangleBatch, assets: Path) -> bytes:
+    glb = merged_glb(batch, "model", assets)
+    if len(glb) > MAX_GLB_BYTES:
+        raise GrammarlabError(f"the model is too large to be shown: {len(glb) >> 20} MiB.")
+    return glb
+
+
+def _mistake_of(finding: Finding, lines: list[str]) -> Mistake:
+    line, column = finding.location.line, finding.location.column
+    return Mistake(finding.severity, finding.message, finding.hint, line, column, _line(lines, line))
+
+
+def _mistake_of_derivation(error: DerivationError, lines: list[str]) -> Mistake:
+    if error.location is None:
+        return Mistake("error", error.message, error.hint)
+    line, column = error.location.line, error.location.column
+    return Mistake("error", error.message, error.hint, line, column, _line(lines, line))
+
+
+def _line(lines: list[str], number: int) -> str:
+    return lines[number - 1][:200] if 1 <= number <= len(lines) else ""

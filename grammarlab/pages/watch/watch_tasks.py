@@ -1,0 +1,59 @@
+"""Tasks of the worker that makes models of a watched rule file, and their results."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from grammarlab.pages.watch.controls import Control
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is to be seen of a rule file."""
+
+    seed: int = 0
+    model: int = 0
+    attributes: tuple[tuple[str, str], ...] = ()
+    """Names and values that differ from the file, as texts of `read_attributes`."""
+
+
+@dataclass(frozen=True, slots=True)
+class MakeModel:
+    """Task: derive a model: `MadeModel`."""
+
+    wanted: Wanted
+
+
+@dataclass(frozen=True, slots=True)
+class DrawPicture:
+    """Task: draw a model, as the bytes of a JPEG."""
+
+    wanted: Wanted
+    size: int
+    """Pixels along each side."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mistake:
+    """An error or a warning about the rule file."""
+
+    severity: str
+    message: str
+    hint: str = ""
+    line: int = 0
+    """From 1; 0 if it is unknown."""
+    column: int = 0
+    code: str = ""
+    """The line of the file; empty if it is unknown."""
+
+
+@dataclass(frozen=True, slots=True)
+class MadeModel:
+    """A model, or why there is none."""
+
+    glb: bytes = b""
+    """Empty if there are errors."""
+    shapes: int = 0
+    controls: tuple[Control, ...] | None = None
+    """None if the rules cannot be read."""
+    mistakes: tuple[Mistake, ...] = ()

@@ -1,0 +1,61 @@
+"""The page beside an editor: a save becomes a picture, a mistake has its line, sliders and dice change the model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import expect
+
+from grammarlab.pages.watch.watcher import PAGE, Watcher
+from tests.browser.in_process import PageThread
+from tests.browser.late import deaf
+from tests.pages.watch.test_watcher import RULES
+
+
+def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_path: Path):
+    file = tmp_path / "house.cga"
+    file.write_text(RULES)
+    thread = PageThread(Watcher(str(file)), PAGE)
+    try:
+        page = windows(thread.address, size=(760, 520))
+        canvas = page.locator("canvas")
+        status = page.get_by_role("status").filter(has_text="shapes")
+        expect(canvas).to_have_attribute("data-version", "1")
+        expect(status).to_have_text("6 shapes")
+        before = canvas.screenshot()
+        # A slider, a menu and a way back.
+        slider = page.get_by_role("slider", name="height, slider")
+        slider.focus()
+        slider.press("End")
+        expect(page.get_by_label("height", exact=True)).to_have_value("30")
+        page.get_by_label("roof", exact=True).select_option("gable")
+        page.get_by_role("button", name="height: as in the file").click()
+        expect(page.get_by_label("height", exact=True)).to_have_value("12")
+        # A mistake is told at its line, and the next save is a picture.
+        file.write_text(RULES.replace("extrude(height)", "extrude(heigth)"))
+        mistake = page.get_by_role("alert").filter(has_text="line 7, column 17")
+        expect(mistake).to_contain_text("Lot --> extrude(heigth)")
+        file.write_text(RULES.replace("= 12", "= 25"))
+        expect(mistake).to_have_count(0)
+        expect(status).to_have_text("6 shapes")
+        expect(page.get_by_label("height", exact=True)).to_have_value("25")
+        # Keys: two models on though nothing is confirmed, the dice, the rule of a part, a step back.
+        canvas.focus()
+        with deaf(page):
+            page.keyboard.press("n")
+            page.keyboard.press("n")
+        expect(page.get_by_role("spinbutton", name="Model")).to_have_value("2")
+        expect(canvas).to_have_attribute("data-shown", "0 2")
+        page.keyboard.press("ArrowDown")
+        expect(page.get_by_role("region", name="Rule of a part")).to_contain_text("house.cga:")
+        page.keyboard.press("r")
+        expect(page.get_by_role("spinbutton", name="Seed")).not_to_have_value("0")
+        page.keyboard.press("Control+z")
+        expect(page.get_by_role("spinbutton", name="Seed")).to_have_value("0")
+        expect(status).to_have_text("6 shapes")
+        assert canvas.screenshot() != before
+        page.set_viewport_size({"width": 400, "height": 700})
+        assert page.evaluate("document.documentElement.scrollWidth") <= 400
+    finally:
+        thread.close()

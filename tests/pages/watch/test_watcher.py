@@ -1,0 +1,117 @@
+"""A rule file as a model that follows every save, with its mistakes and the values of its attributes."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.language.grammar import Grammar
+from grammarlab.pages.watch.controls import Control, controls_of
+from grammarlab.pages.watch.modeler import modeler
+from grammarlab.pages.watch.watch_tasks import DrawPicture, MadeModel, MakeModel, Wanted
+from grammarlab.pages.watch.watcher import Watcher
+from grammarlab.pages.workers.tasks import FindPart
+from tests.waiting import wait_until
+
+RULES = """@Order(2) @Range(min=3, max=30, stepsize=1) attr height = 12
+@Order(1) @Group("Look") @Enum("flat", "gable") attr roof = "flat"
+@Hidden attr secret = 4
+const fixed = 7
+attr hasDoor = true
+attr storey = rand(2.8, 3.6)
+Lot --> extrude(height) comp(f) { top : Roof | all : Wall }
+Roof --> case roof == "gable" : roofGable(35) Tiles else : Flat.
+"""
+
+
+def report(_stage: str, _done: int, _total: int) -> None:
+    """Nobody is told."""
+
+
+def made(file: Path, wanted: Wanted) -> MadeModel:
+    return modeler(str(file), "")(MakeModel(wanted), report)
+
+
+def test_controls_are_those_of_annotations_in_their_order():
+    controls = controls_of(Grammar.parse(RULES))
+    assert controls == (
+        Control("roof", "roof", "Look", "menu", "flat", choices=("flat", "gable")),
+        Control("height", "height", "", "number", "12", 3.0, 30.0, 1.0),
+        Control("hasDoor", "has door", "", "switch", "true"),
+        Control("storey", "storey", "", "number", ""),
+    )
+
+
+def test_a_mistake_has_its_line_whatever_kind_it_is(tmp_path: Path):
+    file = tmp_path / "house.cga"
+    bench = modeler(str(file), "")
+    for text, line, column, words in (
+        ("Lot --> extrude(3\n", 1, 16, "never closed"),
+        ("attr a = 1\nLot --> extrude(b) Wall", 2, 17, "unknown name 'b'"),
+        ("Lot --> Lot", 1, 1, "never ends"),
+        ("", 0, 0, "no start rule"),
+    ):
+        file.write_text(text)
+        found: MadeModel = bench(MakeModel(Wanted()), report)
+        assert not found.glb
+        mistake = found.mistakes[0]
+        assert mistake.severity == "error"
+        assert words in mistake.message
+        assert (mistake.line, mistake.column) == (line, column)
+    with pytest.raises(GrammarlabError, match="no model"):
+        bench(FindPart("", 0, False), report)
+    # A save that removes an attribute leaves its value behind, and the next one is a model again.
+    file.write_text("Lot --> extrude(3) comp(f) { all : Wall }")
+    good: MadeModel = bench(MakeModel(Wanted(attributes=(("height", "9"),))), report)
+    assert (good.shapes, good.mistakes, good.glb[:4]) == (6, (), b"glTF")
+    part = bench(FindPart("", 0, True), report)
+    assert (part.count, part.path[0][0], part.path[-1][0]) == (6, "Lot", "Wall")
+    assert bench(DrawPicture(Wanted(), 24), report)[:2] == b"\xff\xd8"
+
+
+def test_values_change_the_model_and_values_out_of_range_are_told(tmp_path: Path):
+    file = tmp_path / "house.cga"
+    file.write_text(RULES)
+    assert made(file, Wanted()).shapes == 6
+    assert made(file, Wanted(attributes=(("roof", "gable"),))).shapes == 6
+    assert made(file, Wanted(attributes=(("height", "9"),))).glb != made(file, Wanted()).glb
+    assert "expected 3 to 30" in made(file, Wanted(attributes=(("height", "99"),))).mistakes[0].message
+    assert made(file, Wanted()).glb == made(file, Wanted()).glb
+
+
+def test_every_save_is_seen_and_steps_go_back(tmp_path: Path):
+    file = tmp_path / "house.cga"
+    file.write_text(RULES)
+    with closing(Watcher(str(file))) as watcher:
+
+        def state() -> dict[str, object]:
+            return watcher.call("state")[0]
+
+        def wait_for(**values: object) -> None:
+            wait_until(lambda: values.items() <= state().items(), state)
+
+        wait_for(version=1, busy=False, mistakes=[])
+        watcher.call("set", name="height", value="20")
+        wait_for(version=2, values={"height": "20"}, undo="value of height")
+        file.write_text("Lot -> NIL")
+        wait_until(lambda: state()["mistakes"], state)
+        assert state()["version"] == 2  # the last good one stays
+        file.write_text(RULES.replace("Tiles", "Slates"))
+        wait_for(version=3, mistakes=[], values={"height": "20"})
+        watcher.call("undo")
+        wait_for(version=4, values={})
+        with pytest.raises(GrammarlabError, match="no attribute 'nothing'"):
+            watcher.call("set", name="nothing", value="1")
+        watcher.call("want", seed=7, model=3)
+        wait_for(version=5, seed=7, model=3)
+        seed = watcher.call("roll")[0]["seed"]
+        wait_for(seed=seed, version=6)
+        assert watcher.call("model")[1][0][:4] == b"glTF"
+
+
+def test_a_species_has_no_rules_to_watch():
+    with pytest.raises(UsageError, match="no rules to watch"):
+        Watcher("oak")
