@@ -8,7 +8,7 @@ from playwright.sync_api import expect
 from tests.browser.driver import ScoringPage
 
 
-def test_scores_are_taken_away_one_by_one_pictures_grow_and_a_phone_scores_at_its_lower_edge(towers: ScoringPage):
+def test_scores_are_taken_away_one_by_one_and_pictures_grow_and_turn(towers: ScoringPage):
     page = towers.page
     scored = page.get_by_role("list", name="Scored models").get_by_role("listitem")
     expect(scored).to_have_count(0)
@@ -40,6 +40,7 @@ def test_scores_are_taken_away_one_by_one_pictures_grow_and_a_phone_scores_at_it
     # A preview turns on the other side of the grids, and goes with the mouse.
     page.get_by_role("button", name="Show the model below the mouse").click()
     preview = page.locator(".gl-preview")
+    page.emulate_media(reduced_motion="no-preference")
     towers.cell(0).hover()
     expect(preview).to_be_visible()
     box, tile = preview.bounding_box(), towers.cell(0).bounding_box()
@@ -50,9 +51,13 @@ def test_scores_are_taken_away_one_by_one_pictures_grow_and_a_phone_scores_at_it
     before = preview.screenshot()
     page.wait_for_timeout(200)
     assert preview.screenshot() != before
+    page.emulate_media(reduced_motion="reduce")
     page.mouse.move(2, 2)
     expect(preview).to_be_hidden()
-    # On a phone the score is at the lower edge, and the models above it.
+
+
+def test_a_phone_scores_at_its_lower_edge_below_the_models(towers: ScoringPage):
+    page = towers.page
     page.set_viewport_size({"width": 400, "height": 760})
     bar = page.get_by_role("region", name="Score", exact=True)
     edge = bar.bounding_box()
