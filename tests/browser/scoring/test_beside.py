@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import ScoringPage
+from tests.waiting import wait_until
 
 
 def test_scores_are_taken_away_one_by_one_and_pictures_grow_and_turn(towers: ScoringPage):
@@ -49,8 +50,7 @@ def test_scores_are_taken_away_one_by_one_and_pictures_grow_and_turn(towers: Sco
     assert box["x"] > tile["x"] + tile["width"]
     assert box["width"] > 300
     before = preview.screenshot()
-    page.wait_for_timeout(200)
-    assert preview.screenshot() != before
+    wait_until(lambda: preview.screenshot() != before)
     page.emulate_media(reduced_motion="reduce")
     page.mouse.move(2, 2)
     expect(preview).to_be_hidden()

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 1ffc5c391203f91e */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source e9de335279eb48ef */
 
 // shared/ahead.js
 var Ahead = class {
