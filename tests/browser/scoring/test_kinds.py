@@ -79,7 +79,7 @@ def test_stars_and_thumbs_by_buttons_and_keys_stand_beside_scores(towers, tmp_pa
     towers.cell(0).click()
     towers.press("7")
     choose_scale(towers, "Stars")
-    expect(towers.page.get_by_role("slider")).to_be_hidden()
+    expect(towers.page.get_by_role("slider", name="Score of")).to_be_hidden()
     towers.cell(1).click()
     towers.button("4 of 5 stars").click()
     towers.expect_saved()

@@ -85,7 +85,7 @@ def test_keys_steps_slider_and_typing_give_scores(towers):
         (1, lambda: towers.press("9"), "90"),
         (2, lambda: towers.press("h"), "100"),
         (3, lambda: towers.button("40").click(), "40"),
-        (4, lambda: towers.page.get_by_role("slider").fill("33"), "33"),
+        (4, lambda: towers.page.get_by_role("slider", name="Score of").fill("33"), "33"),
         (5, lambda: (towers.press("s"), towers.page.keyboard.type("72.5"), towers.press("Enter")), "72.5"),
     ):
         towers.cell(position).click()
