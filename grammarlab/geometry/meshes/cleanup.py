@@ -13,7 +13,7 @@ from grammarlab.arrays import Flags, Floats, offsets_from_counts
 from grammarlab.geometry.meshes.edges import Edges
 from grammarlab.geometry.meshes.edges import edges as edge_table
 from grammarlab.geometry.meshes.flat_patches import faces_within, loops_of
-from grammarlab.geometry.meshes.measure import area_vectors
+from grammarlab.geometry.meshes.measure import area_vectors, face_areas
 from grammarlab.geometry.meshes.mesh import NUM_ROLES, Indices, Meshes, Soup
 from grammarlab.geometry.meshes.ragged import next_in_row
 from grammarlab.geometry.meshes.vectors import dot, norm, unit
@@ -72,7 +72,7 @@ def _merged(points: Floats, distance: float) -> Indices:
 
 def _are_needed(faces: Soup, points: Floats, area: float) -> Flags:
     """[F] whether faces have more area, in square metres, and are not on the corners of an earlier face."""
-    flags = 0.5 * norm(area_vectors(faces.as_one_mesh(points))) > max(area, _SAME_POINT**2)
+    flags = face_areas(faces.as_one_mesh(points)) > max(area, _SAME_POINT**2)
     corners: set[frozenset[int]] = set()
     for number, (begin, end) in enumerate(zip(faces.offsets[:-1].tolist(), faces.offsets[1:].tolist(), strict=True)):
         key = frozenset(faces.rows[begin:end].tolist())

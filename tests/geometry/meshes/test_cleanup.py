@@ -145,3 +145,8 @@ def test_many_points_within_a_metre_are_one_without_much_memory() -> None:
     begin = time.perf_counter()
     assert cleaned(whole, "vertices", 1.0).num_faces < 20
     assert time.perf_counter() - begin < 10.0
+
+
+def test_faces_of_more_than_the_tolerated_area_stay() -> None:
+    mesh = world_meshes(sampled("Lot --> s(6, 0, 0.6) extrude(0.55) cleanupGeometry(faces, 0.5) A."))
+    assert sizes(mesh) == {4: 6}  # from the runtime; the smallest faces have 0.33 square metres
