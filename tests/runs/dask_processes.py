@@ -35,11 +35,16 @@ class DaskCluster:
         local = ["--local-directory", str(self.file.parent)]
         self.workers.append(_started(module, [*arguments, *local], environment))
 
+    @property
+    def num_running(self) -> int:
+        """Number of workers that have not ended."""
+        return sum(worker.poll() is None for worker in self.workers)
+
     def kill_scheduler(self) -> None:
         _kill(self.scheduler)
 
     def kill_worker(self) -> None:
-        _kill(self.workers.pop())
+        _kill(next(worker for worker in self.workers if worker.poll() is None))
 
 
 @contextmanager

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +18,7 @@ from grammarlab.runs.sample.shard_run import sample_shards
 from grammarlab.runs.work.cluster import TASKS_PER_THREAD
 from grammarlab.runs.work.cluster_connection import Connection
 from grammarlab.runs.work.executor_choice import executor_of
-from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
+from grammarlab.runs.work.executors import SERIAL
 from grammarlab.runs.work.machine import Machine, this_machine
 from tests.runs import tasks
 from tests.runs.dask_processes import DaskCluster, dask_cluster
@@ -26,10 +28,23 @@ REQUEST = SampleRequest(
 )
 
 
+Clusters = Callable[[int], DaskCluster]
+
+
 @pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory):
-    with dask_cluster(tmp_path_factory.mktemp("dask"), 4) as running:
-        yield running
+def clusters(tmp_path_factory: pytest.TempPathFactory):
+    """A cluster with at least so many workers; tests in any order share one until its scheduler ends."""
+    with ExitStack() as stack:
+        started: list[DaskCluster] = []
+
+        def with_workers(number: int) -> DaskCluster:
+            if not started or started[-1].scheduler.poll() is not None:
+                started.append(stack.enter_context(dask_cluster(tmp_path_factory.mktemp("dask"), 0)))
+            while started[-1].num_running < number:
+                started[-1].add_worker()
+            return started[-1]
+
+        yield with_workers
 
 
 @pytest.fixture(scope="module")
@@ -40,12 +55,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     return files(folder)
 
 
-@pytest.fixture(scope="module")
-def executor(cluster: DaskCluster) -> AbstractExecutor:
-    return executor_of(0, cluster.address)
-
-
-def test_a_cluster_keeps_the_contract_of_executors(executor: AbstractExecutor, monkeypatch: pytest.MonkeyPatch):
+def test_a_cluster_keeps_the_contract_of_executors(clusters: Clusters):
+    executor = executor_of(0, clusters(2).address)
     assert executor.results(tasks.product_of, range(4)) == SERIAL.results(tasks.product_of, range(4))
     assert executor.results(tasks.square, []) == []
     within = executor.with_environment({"GRAMMARLAB_A": "a"})
@@ -64,7 +75,9 @@ def test_a_cluster_keeps_the_contract_of_executors(executor: AbstractExecutor, m
             executor.results(tasks.fail, [kind] * 2)
 
 
-def test_tasks_are_taken_as_there_is_room_for_them(executor: AbstractExecutor):
+def test_tasks_are_taken_as_there_is_room_for_them(clusters: Clusters):
+    cluster = clusters(1)
+    most = TASKS_PER_THREAD * cluster.num_running
     latest = done = 0
 
     def endless():
@@ -76,21 +89,21 @@ def test_tasks_are_taken_as_there_is_room_for_them(executor: AbstractExecutor):
     def then(_index: int, _result: int) -> None:
         nonlocal done
         done += 1
-        assert latest - done <= TASKS_PER_THREAD * 4
+        assert latest - done <= most
         if done == 40:
             raise StopIteration("enough")
 
     with pytest.raises(StopIteration, match="enough"):
-        executor.run(tasks.square, endless(), then)
+        executor_of(0, cluster.address).run(tasks.square, endless(), then)
 
 
 def files(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_a_worker_that_is_killed_changes_no_byte(
-    executor: AbstractExecutor, cluster: DaskCluster, tmp_path: Path, whole: dict[str, bytes]
-):
+def test_a_worker_that_is_killed_changes_no_byte(clusters: Clusters, tmp_path: Path, whole: dict[str, bytes]):
+    cluster = clusters(2)
+    executor = executor_of(0, cluster.address)
     done: list[int] = []
 
     def note(_what: str, count: int, _total: int) -> None:
@@ -103,21 +116,22 @@ def test_a_worker_that_is_killed_changes_no_byte(
     assert files(tmp_path) == whole
 
 
-def test_a_task_that_kills_its_worker_is_named_and_not_the_one_beside_it(
-    executor: AbstractExecutor, tmp_path: Path, cluster: DaskCluster
-):
+def test_a_task_that_kills_its_worker_is_named_and_not_the_one_beside_it(clusters: Clusters, tmp_path: Path):
+    cluster = clusters(2)
+    executor, before = executor_of(0, cluster.address), cluster.num_running
     marks = [tmp_path / f"{number}{'.deadly' * (number == 2)}" for number in range(6)]
     done: list[int] = []
     with pytest.raises(WorkerError, match=r"2\.deadly: the worker that did nothing else died, 1 times.*more memory"):
         executor.run(tasks.count_and_die, marks, lambda index, _: done.append(index))
     assert (tmp_path / "2.deadly").read_text() == "xx"
     assert set(done) <= {0, 1, 3, 4, 5}
-    assert sum(worker.poll() is None for worker in cluster.workers) == 1
+    assert cluster.num_running == before - 2
 
 
-def test_a_run_goes_on_elsewhere_when_its_scheduler_dies(
-    executor: AbstractExecutor, cluster: DaskCluster, tmp_path: Path, whole: dict[str, bytes]
-):
+def test_a_run_goes_on_elsewhere_when_its_scheduler_dies(clusters: Clusters, tmp_path: Path, whole: dict[str, bytes]):
+    cluster = clusters(1)
+    executor = executor_of(0, cluster.address)
+
     def kill(_what: str, count: int, _total: int) -> None:
         if count == 5:
             cluster.kill_scheduler()
