@@ -192,6 +192,8 @@ class Workspace:
         attribute = self.attributes[name]
         column = self.lots.attributes.get(name)
         num_models = self.roots.num
+        if column is None and (attribute.street_width == "none" or self.lots.footprints.street_width is None):
+            return self._from_rules(attribute, np.arange(num_models))
         is_given = np.zeros(num_models, dtype=bool) if column is None else column.is_given
         has_width = has_widths(self.lots, attribute.street_width) & ~is_given
         outside, of_lots = np.flatnonzero(is_given), np.flatnonzero(has_width)
