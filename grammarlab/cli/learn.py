@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import log
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -196,11 +197,16 @@ def _truth_as_json(truth: TrueDensity | None) -> dict[str, Any]:
     return {"scenario": values}
 
 
+def _share(js: float) -> str:
+    """A divergence for people: 0 % for the same models, 100 % for files without a model in common."""
+    return f"{js / log(2.0):.2%}" if js < 0.01 * log(2.0) else f"{js / log(2.0):.0%}"
+
+
 def _truth_as_lines(truth: TrueDensity | None) -> list[str]:
     if truth is None:
         return []
     after, before = truth.after.js, truth.before.js
-    return [f"divergence from scenario {truth.scenario}: {after:.3g} nats, {before:.3g} before"]
+    return [f"differs from scenario {truth.scenario} by {_share(after)}, the original by {_share(before)}"]
 
 
 def _as_json(result: LearnResult) -> dict[str, Any]:
@@ -220,7 +226,7 @@ def _as_json(result: LearnResult) -> dict[str, Any]:
 def _as_lines(result: LearnResult) -> list[str]:
     return [
         *_size(result.learned, result.file),
-        f"divergence from the target density: {result.js:.3g} nats, {result.js_before:.3g} before",
+        f"differs from the target by {_share(result.js)}, the original by {_share(result.js_before)}",
         *_notes(result.learned),
     ]
 
@@ -262,13 +268,14 @@ def _rate_as_json(learned: Learned[Any]) -> dict[str, float]:
 def _labels_as_lines(result: LabelsResult) -> list[str]:
     density = result.density
     after, before = density.measured.after.js, density.measured.before.js
+    taught = f"differs from what {result.num_labels} labels taught by {_share(after)}"
     return [
         *_size(result.learned, result.file),
-        f"divergence from the density that {result.num_labels} labels taught: {after:.3g} nats, {before:.3g} before",
-        *(f"  {step.js:.3g} {step.name}" for step in density.steps),
+        f"{taught}, the original by {_share(before)} (100%: no model in common)",
+        *(f"  {_share(step.js)} {step.name}" for step in density.steps),
         *_truth_as_lines(result.truth),
         *density.predicted.words.lines,
-        *([] if result.gain is None else [f"16 more scores are expected to gain {result.gain:.2g} nats"]),
+        *([] if result.gain is None else [f"16 more scores are expected to change it by {_share(result.gain)}"]),
         f"features: {', '.join(density.names) or 'none: all models are liked equally'}",
         *(f"note: factor {name} is left out: all its scores are 0" for name in result.left_out),
         *(f"note: {note}" for note in density.notes),
@@ -297,10 +304,10 @@ def _examples_as_json(result: ExamplesResult) -> dict[str, Any]:
 
 def _examples_as_lines(result: ExamplesResult) -> list[str]:
     held_out = result.held_out
-    moved = f"divergence of the original from the density that {result.num_examples:,} examples taught"
+    moved = f"the original differs from what {result.num_examples:,} examples taught by"
     lines = [
         *_size(result.learned, result.file),
-        f"{moved}: {result.measured.before.js:.3g} nats",
+        f"{moved} {_share(result.measured.before.js)}",
     ]
     if held_out is not None:
         lines.append(
