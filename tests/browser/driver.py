@@ -131,7 +131,7 @@ class ScoringPage:
         self.cell(0).click()
         self.press("Control+a", "Delete", "Escape")
         self.expect_saved()
-        expect(self.page.locator(".gl-score:not(:empty)")).to_have_count(0)
+        expect(self.page.locator(".gl-cell .gl-score:not(:empty)")).to_have_count(0)
 
     def update(self) -> None:
         """Learns from all scores, and waits for the models that come then."""
