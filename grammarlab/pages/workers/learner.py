@@ -22,6 +22,7 @@ from grammarlab.learning.stopping import NUM_MORE, expected_gain
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.learning.targets.explanation import words_of
 from grammarlab.learning.targets.unknown_part import knowledge_of
+from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.workers.tasks import (
@@ -61,14 +62,22 @@ def learner(suffix: str, text: str, name: str, assets: str, seed: int, size: int
     return _LastUpdate(Study(opened(suffix, text, name, Path(assets)), Pool(seed, size, wide))).do
 
 
+_InOrder = tuple[tuple[str, tuple[tuple[str, Judgement], ...]], ...]
+
+
+def _in_order(factors: Factors) -> _InOrder:
+    """Scores by factor and subject, in the order in which they were given, which says whether a taste has changed."""
+    return tuple((name, tuple(scores.items())) for name, scores in factors.items())
+
+
 class _LastUpdate:
     """Result of the last update."""
 
     def __init__(self, study: Study[Any]) -> None:
         self._study = study
         self._state = init(study)
-        self._known: Update | None = None
-        """The last update."""
+        self._known: _InOrder = ()
+        """Scores of the last update."""
         self._numbers: Mapping[str, int] = {}
         """Number of each factor at the last update; it stays when the factor is renamed."""
         # Different from the versions of an earlier process.
@@ -99,10 +108,10 @@ class _LastUpdate:
 
     def _update(self, request: Update, report: Report) -> LearnedUpdate:
         state = self._state if self._is_known(request) else self._learned(request, report)
-        self._known = request
         report("choosing models", 1, 1)
         # The state is consistent from here on.
         self._set_state(state, request.numbers)
+        self._known = _in_order(request.factors)
         rows, product = self._study.table(state).rows, state.product
         predictions = {name: self._predictions(preference, rows) for name, preference in state.preferences.items()}
         liked = None if product is None else self._predictions(product, rows)
@@ -135,8 +144,7 @@ class _LastUpdate:
 
     def _is_known(self, request: Update) -> bool:
         """Whether the last update learned from the same scores, and the same pool serves."""
-        known = self._known
-        if known is None or (known.factors, known.numbers) != (request.factors, request.numbers):
+        if (self._known, self._numbers) != (_in_order(request.factors), request.numbers):
             return False
         return self._state.wide or not (request.wide or (request.choice is not None and needs_wide(self._state)))
 
