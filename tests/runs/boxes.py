@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 from numpy.typing import NDArray
 from scipy import sparse
 
@@ -35,6 +36,7 @@ from grammarlab.learning.settings import FeatureOptions
 from grammarlab.learning.targets.simplification import predict
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.runs.sample.domains import DOMAINS, AbstractDomain
+from grammarlab.runs.sample.model_rows import ModelRows
 from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene
 from grammarlab.runs.sample.request import AttributeValue, SampleRequest
 from grammarlab.runs.work import workers
@@ -252,6 +254,20 @@ class BoxModels(AbstractModels):
             log_probability=[None] * scene.num_models,
             missing_assets=realized.missing_assets,
         )
+
+    def rows(self, request: SampleRequest, batch: Batch) -> ModelRows:
+        boxes = self.space.make(_addresses(request, batch))
+        columns = {name: pa.array(np.ascontiguousarray(boxes[:, k])) for k, name in enumerate(NAMES)}
+        num = batch.num_models
+        return ModelRows(
+            columns=columns,
+            log_density=pa.nulls(num, pa.float64()),
+            tries=np.ones(num, dtype=np.int64),
+            accepted=np.ones(num, dtype=np.bool_),
+        )
+
+    def legend(self) -> dict[str, Any]:
+        return {}
 
     def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:
         yield self.space.realize(_addresses(request, batch)).scene

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from pyarrow import parquet
 from typer.testing import CliRunner
 
 from grammarlab.cli import app
@@ -29,7 +30,7 @@ from grammarlab.runs.sample.domains import DOMAINS, domain_of, suffix_of
 from grammarlab.runs.sample.shipped import find_rules
 from grammarlab.runs.work import workers
 from tests.pages.scoring.windows import Window, shown_models
-from tests.runs.boxes import BOXES, begin
+from tests.runs.boxes import BOXES, NAMES, begin
 
 TEXT = '{"ranges": {"width": [1, 4], "height": [2, 10], "depth": [1, 4]}}'
 SEED, SIZE = 3, 400
@@ -91,6 +92,9 @@ def test_boxes_are_sampled_in_any_number_of_processes(boxes: Path, run: Callable
     assert "bit for bit" in repeated.output
     run(*command, "--jobs", 1, "-o", tmp_path / "c", "--single-file")
     assert len(trimesh.load_scene(tmp_path / "c" / "my.glb").graph.nodes_geometry) == 66
+    run(*command[:-1], "--no-models", "--jobs", 1, "-o", tmp_path / "rows")
+    table = parquet.read_table(tmp_path / "rows" / "shards")
+    assert np.array_equal(np.column_stack([table[name] for name in NAMES]), rows)
 
 
 def test_an_interrupted_run_goes_on(boxes: Path, run: Callable[..., Any], tmp_path: Path):

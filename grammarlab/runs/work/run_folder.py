@@ -67,7 +67,7 @@ def only_run_in(folder: Path, inner: Sequence[str] = ()) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError as error:
         raise UsageError(
-            f"{folder}: expected a folder, found a file or a link to nothing. Write into another folder."
+            f"{folder} is a file or a link to nothing: expected a folder. Write into another folder."
         ) from error
     path = folder / LOCK
     descriptor = _locked(path)

@@ -34,7 +34,7 @@ def test_a_file_or_a_link_to_nothing_is_no_folder(tmp_path):
     (tmp_path / "file").write_text("mine")
     (tmp_path / "link").symlink_to(tmp_path / "nowhere")
     for folder in (tmp_path / "file", tmp_path / "link"):
-        with pytest.raises(UsageError, match=f"{folder}: expected a folder, found a file or a link to nothing"):
+        with pytest.raises(UsageError, match=f"{folder} is a file or a link to nothing: expected a folder"):
             enter(folder)
     assert (tmp_path / "file").read_text() == "mine"
     (tmp_path / "real").mkdir()
