@@ -44,7 +44,9 @@ class Control:
 
 
 def controls_of(grammar: Grammar) -> tuple[Control, ...]:
-    """The controls of a grammar's attributes, at most `MAX_CONTROLS`; ``@Order`` and ``@Hidden`` apply.
+    """The controls of a grammar's attributes, at most `MAX_CONTROLS`, group by group as ``@Group`` and ``@Order`` say.
+
+    Attributes without a group come first, those with ``@Hidden`` have no control.
 
     >>> text = '@Range(min=1, max=5) attr numFloors = 2 @Enum("flat", "gable") attr roof = "flat" A --> NIL'
     >>> grammar = Grammar.parse(text)
@@ -53,7 +55,11 @@ def controls_of(grammar: Grammar) -> tuple[Control, ...]:
     """
     names = DisplayNames.of(grammar.tree)
     attributes = [each for each in grammar.attributes.values() if not each.constant and not _annotation(each, "hidden")]
-    ordered = sorted(attributes, key=_order)  # stable: of equal order as in the text
+    groups = {"": (-1.0, -1)}
+    for place, attribute in enumerate(attributes):
+        groups.setdefault(_group(attribute), (_number(_annotation(attribute, "group"), 1), place))
+    # Of equal order as in the text.
+    ordered = sorted(attributes, key=lambda each: (groups[_group(each)], _order(each)))
     return tuple(_control(attribute, names) for attribute in ordered[:MAX_CONTROLS])
 
 
@@ -64,7 +70,7 @@ def _control(attribute: Attribute, names: DisplayNames) -> Control:
     return Control(
         name=attribute.name,
         label=names.text(attribute.name),
-        group=next(_texts(_annotation(attribute, "group")), ""),
+        group=_group(attribute),
         kind="menu" if choices else kind,
         value=value,
         low=low,
@@ -91,9 +97,18 @@ def _annotation(attribute: Attribute, name: str) -> Annotation | None:
     return next((each for each in attribute.annotations if each.name.lower() == name), None)
 
 
+def _group(attribute: Attribute) -> str:
+    return next(_texts(_annotation(attribute, "group")), "")
+
+
 def _order(attribute: Attribute) -> float:
-    found = _annotation(attribute, "order")
-    number = None if found is None or not found.arguments else constant(found.arguments[0][1])
+    return _number(_annotation(attribute, "order"), 0)
+
+
+def _number(annotation: Annotation | None, place: int) -> float:
+    """A number among the values of an annotation; infinite if there is none."""
+    arguments = () if annotation is None else annotation.arguments
+    number = constant(arguments[place][1]) if len(arguments) > place else None
     return float("inf") if number is None else number
 
 

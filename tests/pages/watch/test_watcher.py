@@ -38,11 +38,18 @@ def made(file: Path, wanted: Wanted) -> MadeModel:
 def test_controls_are_those_of_annotations_in_their_order():
     controls = controls_of(Grammar.parse(RULES))
     assert controls == (
-        Control("roof", "roof", "Look", "menu", "flat", choices=("flat", "gable")),
         Control("height", "height", "", "number", "12", 3.0, 30.0, 1.0),
         Control("hasDoor", "has door", "", "switch", "true"),
         Control("storey", "storey", "", "number", ""),
+        Control("roof", "roof", "Look", "menu", "flat", choices=("flat", "gable")),
     )
+
+
+def test_groups_are_together_in_the_order_of_their_numbers():
+    places = (("a", "Roof", ""), ("b", "Mass", ", 1"), ("c", "Roof", ", 2"), ("d", "Walls", ", 1"), ("e", "Mass", ""))
+    text = "".join(f'@Group("{group}"{number}) attr {name} = 1\n' for name, group, number in places)
+    found = controls_of(Grammar.parse(f"{text}@Order(1) attr f = 1 attr g = 1 Lot --> NIL"))
+    assert "".join(control.name for control in found) == "fgbedac"
 
 
 def test_a_mistake_has_its_line_whatever_kind_it_is(tmp_path: Path):
