@@ -53,6 +53,7 @@ def toml_table(text: str) -> dict[str, Any]:
     """
     if key := _LONG_KEY.search(text):
         raise TomlError(f"expected a key of at most {MOST_KEY_PARTS} parts", *_line_and_column(text, key.start()))
+    table: dict[str, Any] | None = None
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -61,10 +62,12 @@ def toml_table(text: str) -> dict[str, Any]:
         end = _line_and_column(text, len(text))
         line, column = (int(position[1]), int(position[2])) if position and position[1] else end
         raise TomlError(f"this is not TOML: {_PLACE.sub('', message)}", line, column) from error
-    except RecursionError as error:
-        raise TomlError("the arrays or tables are nested too deep") from error
+    except RecursionError:
+        pass  # of thousands of frames, which are no part of the error below
     except ValueError as error:  # an integer of too many digits for Python
         raise _too_large(text) from error
+    if table is None:
+        raise TomlError("the arrays or tables are nested too deep")
     if _has_large_integers(table):
         raise _too_large(text)
     return table

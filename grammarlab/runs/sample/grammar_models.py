@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-import pyarrow as pa
 
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
@@ -20,7 +19,6 @@ from grammarlab.language.attribute_values import AttributeValue, read_attributes
 from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.runs.sample.checks import check_rules, grammar_to_run, unsupported_features
 from grammarlab.runs.sample.domains import AbstractDomain, CheckedText
-from grammarlab.runs.sample.model_rows import ModelRows, forest_columns
 from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene, lots_of, property_remarks
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import SUFFIX
@@ -29,6 +27,7 @@ from grammarlab.scene import Scene, realize
 if TYPE_CHECKING:
     from grammarlab.learning.designs.grammar_space import GrammarSpace
     from grammarlab.learning.targets.grammar_target import GrammarWriter
+    from grammarlab.runs.sample.model_rows import ModelRows
 
 Summary: TypeAlias = dict[str, float | int | None]
 """``count``, and ``sum``, ``mean``, ``min`` and ``max``: None if reported values are not finite numbers."""
@@ -87,18 +86,10 @@ class GrammarModels(AbstractModels):
         )
 
     def rows(self, request: SampleRequest, batch: Batch) -> ModelRows:
+        from grammarlab.runs.sample.model_rows import forest_rows  # noqa: PLC0415
+
         accepted = self.source.derive(lots_of(request, batch, self.source.grammar))
-        forest = accepted.forest
-        return ModelRows(
-            columns=forest_columns(forest),
-            num_shapes=len(forest.nodes),
-            log_density=pa.array(forest.log_probability()),
-            tries=accepted.tries,
-            accepted=accepted.is_accepted,
-            prints=forest.prints,
-            missing_assets=forest.missing_assets,
-            warnings=forest.warnings,
-        )
+        return forest_rows(accepted.forest, accepted.tries, accepted.is_accepted)
 
     def legend(self) -> dict[str, Any]:
         return {"sites": [asdict(site) for site in self.source.program.sites]}

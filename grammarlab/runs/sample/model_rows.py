@@ -70,6 +70,26 @@ def table_of(request: SampleRequest, first_model: int, rows: ModelRows) -> pa.Ta
     return pa.table({**columns, **rows.columns})
 
 
+def forest_rows(forest: Forest, tries: Ints, accepted: Flags) -> ModelRows:
+    """The models of a forest.
+
+    Args:
+        forest: the forest of n models.
+        tries: [n] number of candidates.
+        accepted: [n] whether a candidate was accepted.
+    """
+    return ModelRows(
+        columns=forest_columns(forest),
+        num_shapes=len(forest.nodes),
+        log_density=pa.array(forest.log_probability()),
+        tries=tries,
+        accepted=accepted,
+        prints=forest.prints,
+        missing_assets=forest.missing_assets,
+        warnings=forest.warnings,
+    )
+
+
 def forest_columns(forest: Forest) -> dict[str, pa.Array]:
     """Columns of the models of a forest."""
     num_models, num_symbols = forest.num_models, len(forest.symbols)

@@ -343,7 +343,7 @@ def test_errors_in_the_rules_come_before_anything_is_written(tmp_path):
     ("options", "message"),
     [
         ({"num_models": 0}, "number of models"),
-        ({"num_models": 10**12}, "number of models"),
+        ({"num_models": 10**12 + 1}, "number of models"),
         ({"seed": -1}, "seed"),
         ({"seed": 2**64}, "seed"),
         ({"file_format": "fbx"}, "glb, obj, ply"),
