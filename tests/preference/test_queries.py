@@ -9,6 +9,7 @@ from grammarlab.errors import UsageError
 from grammarlab.preference import blended, queries
 from grammarlab.preference.liked import FEW_LIKED, MIN_SCORED, RARE_SHARE, liked_are_rare
 from grammarlab.preference.queries import WAYS, Situation, propose
+from tests.cases import some
 from tests.preference.processes.test_grouped import GROUPS, styled_rows
 
 NEW_WAYS = [way for way in WAYS if way != "already ranked"]
@@ -143,8 +144,8 @@ def test_the_default_asks_about_what_lowers_the_error_more_than_chance():
         found = by_process(rows[asked], truth[asked], groups=GROUPS)
         return np.abs(found.predict(rows).mean - truth).mean()
 
-    chance, chosen = (np.mean([error(way, seed) for seed in range(3)]) for way in ("grammar", "default"))
-    assert chosen < chance
+    chance, chosen = (np.mean([error(way, seed) for seed in some(range(3))]) for way in ("grammar", "default"))
+    assert chosen < chance / 2.0
 
 
 def test_an_unknown_way_is_answered_with_the_known_ones():
