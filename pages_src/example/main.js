@@ -68,11 +68,14 @@ function build(root, channel, first) {
     const kept = !ahead.of(wall, page.current().kept);
     void ahead.set(wall, kept, ask(kept ? "include" : "exclude", { wall }));
   });
-  const remove = textButton("Remove line", () => {
+  let isJoining = false;
+  const remove = textButton("Remove line", async () => {
     const { line, wall } = page;
-    if (!line) return;
-    page.choose(null); // lines have other numbers afterwards
-    void ask("join", { wall, ...line });
+    if (!line || isJoining) return; // lines have other numbers afterwards
+    isJoining = true;
+    page.choose(null);
+    await ask("join", { wall, ...line });
+    isJoining = false;
   });
   const addRow = textButton("Split row", () => split("rows", 0));
   const addColumn = textButton("Split column", () => split("columns", 1));

@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source 652b9a5ca7bde187 */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source 4b615992a5aad0bc */
 
 // shared/ahead.js
 var Ahead = class {
@@ -387,11 +387,14 @@ function build(root, channel, first) {
     const kept = !ahead.of(wall, page.current().kept);
     void ahead.set(wall, kept, ask(kept ? "include" : "exclude", { wall }));
   });
-  const remove = textButton("Remove line", () => {
+  let isJoining = false;
+  const remove = textButton("Remove line", async () => {
     const { line, wall } = page;
-    if (!line) return;
+    if (!line || isJoining) return;
+    isJoining = true;
     page.choose(null);
-    void ask("join", { wall, ...line });
+    await ask("join", { wall, ...line });
+    isJoining = false;
   });
   const addRow = textButton("Split row", () => split("rows", 0));
   const addColumn = textButton("Split column", () => split("columns", 1));
