@@ -151,7 +151,9 @@ def cut(path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", [flip, cut, Path.unlink])
-@pytest.mark.parametrize("kind", ["branches/*.branch", "quads/*.json", "quads/*.zst", "record.json", "tileset.json"])
+@pytest.mark.parametrize(
+    "kind", some(["branches/*.branch", "quads/*.json", "quads/*.zst", "record.json", "tileset.json"])
+)
 def test_damaged_files_are_made_again(plan: Path, tmp_path: Path, damage: Callable[[Path], None], kind: str):
     build_city(plan, tmp_path / "city", cityjson=LEVELS)
     whole = contents(tmp_path / "city")
