@@ -52,6 +52,12 @@ class Instancing(StrEnum):
     gpu = "gpu"
 
 
+class Origin(StrEnum):
+    world = "world"
+    footprint = "footprint"
+    centre = "centre"
+
+
 class Renderer(StrEnum):
     auto = "auto"
     cast = "cast"
@@ -128,6 +134,10 @@ def sample(
         Instancing,
         typer.Option("--instancing", help="GLB: merge by material, share meshes, or EXT_mesh_gpu_instancing."),
     ] = Instancing.none,
+    origin: Annotated[
+        Origin,
+        typer.Option("--origin", help="Pivot of each model: the world's origin, under the model, or in its middle."),
+    ] = Origin.world,
     no_image: Annotated[bool, typer.Option("--no-image", help="Leave out the contact sheet.")] = False,
     columns: Annotated[
         int, typer.Option("--columns", help="Models per row of the sheet; 0 for about a square.", min=0)
@@ -212,6 +222,7 @@ def sample(
             image=not no_image,
             columns=columns,
             scale=scale.value,
+            pivot=origin.value,
             renderer=renderer.value,
         )
         if no_models:
@@ -242,7 +253,7 @@ def _refuse_with_manifest(context: typer.Context) -> None:
 
 def _refuse_without_models(context: typer.Context) -> None:
     """Refuse options of files and pictures, of which there are none."""
-    for name in ("file_format", "single_file", "instancing", "columns", "scale", "renderer"):
+    for name in ("file_format", "single_file", "instancing", "origin", "columns", "scale", "renderer"):
         if was_given(context, name):
             option = {"file_format": "format"}.get(name, name.replace("_", "-"))
             raise UsageError(f"--no-models writes no files of models: leave out --{option}.")

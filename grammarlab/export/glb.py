@@ -23,6 +23,7 @@ from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, 
 from grammarlab.export.gltf_materials import GltfMaterials
 from grammarlab.export.instance_placements import Placements, placements_of
 from grammarlab.export.model_files import GENERATOR, AbstractWriter, Output
+from grammarlab.export.names import ShapeNames, groups_by_name, model_values, shape_names
 from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.instances import chosen
 from grammarlab.scene.shading import ShadedMeshes, shaded_meshes
@@ -54,6 +55,8 @@ class GlbWriter(AbstractWriter):
         node: dict[str, Any] = {"name": name, **self._content(scene, batch, name)}
         if offset.any():
             node["translation"] = offset.tolist()
+        if values := model_values(scene):
+            node["extras"] = values
         self._roots.append(self._document.add("nodes", node))
 
     def finish(self) -> tuple[Path, ...]:
@@ -72,14 +75,17 @@ class GlbWriter(AbstractWriter):
 @final
 @dataclass(frozen=True, slots=True)
 class MergedContent:
-    """Models as one mesh each, with one primitive for each material."""
+    """Models as one mesh for each symbol, with a primitive for each of its materials; one mesh without symbols."""
 
     document: GltfDocument
     materials: GltfMaterials
 
     def __call__(self, scene: Scene, batch: TriangleBatch, name: str) -> dict[str, Any]:
         """Add one model; the properties of its node."""
-        return _merged_content(self.document, self.materials, batch, name)
+        names = shape_names(scene)
+        if names is None:
+            return _merged_content(self.document, self.materials, batch, name)
+        return _children(self.document, _named_nodes(self.document, self.materials, batch, names))
 
 
 @final
@@ -112,34 +118,41 @@ class ReusedContent:
         for material in batch.group_material.tolist():
             textured[material] = self._materials.index(scene.materials, material)[1] and scene.surface is None
         merged = batch.of_groups(np.flatnonzero(textured[batch.group_material]))
-        content = _merged_content(self._document, self._materials, merged, f"{name}_textured")
-        children = [self._document.add("nodes", content)] if content else []
+        names = shape_names(scene)
+        if names is None:
+            content = _merged_content(self._document, self._materials, merged, f"{name}_textured")
+            children = [self._document.add("nodes", content)] if content else []
+        else:
+            children = _named_nodes(self._document, self._materials, merged, names)
         scene = chosen(scene, ~textured[scene.material])
 
         used, mesh = np.unique(scene.mesh, return_inverse=True)
         shaded = shaded_meshes(scene, used, CREASE_ANGLE)
         placements = placements_of(scene, shaded, mesh)
         rows = np.flatnonzero(np.diff(shaded.mesh_triangles)[mesh] > 0)
-        for pair, instance_rows in _by_pair(mesh, scene.material, rows):
-            index = self._meshes.index(shaded, pair[0], scene.materials, pair[1])
+        symbol = np.zeros(len(scene), np.int32) if scene.labels is None else scene.labels.symbol
+        for (index, material, kind), instance_rows in _by_kind(mesh, scene.material, symbol, rows):
+            label = (
+                None if names is None else (names.name(kind, scene.materials, material), names.extras(kind, material))
+            )
+            number = self._meshes.index(shaded, index, scene.materials, material, "" if label is None else label[0])
+            described = {} if label is None else {"name": label[0], "extras": label[1]}
             children += (
-                self._instanced(index, placements, instance_rows)
+                self._instanced({"mesh": number, **described}, placements, instance_rows)
                 if self._instancing
-                else self._nodes(index, placements, instance_rows)
+                else self._nodes({"mesh": number, **described}, placements, instance_rows)
             )
         return {"children": children} if children else {}
 
-    def _nodes(self, mesh: int, placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
+    def _nodes(self, node: dict[str, Any], placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
         columns = (placements.translation, placements.rotation, placements.scale)
-        rows = zip(*(column[instance_rows].tolist() for column in columns), strict=True)
+        rows = zip(*(_short(column[instance_rows]) for column in columns), strict=True)
         return [
-            self._document.add(
-                "nodes", {"mesh": mesh, "translation": translation, "rotation": rotation, "scale": scale}
-            )
+            self._document.add("nodes", {**node, "translation": translation, "rotation": rotation, "scale": scale})
             for translation, rotation, scale in rows
         ]
 
-    def _instanced(self, mesh: int, placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
+    def _instanced(self, node: dict[str, Any], placements: Placements, instance_rows: NDArray[np.int64]) -> list[int]:
         document = self._document
         document.require(_INSTANCING)
         attributes = {}
@@ -147,7 +160,7 @@ class ReusedContent:
         for name, values in columns.items():
             chosen = values[instance_rows]
             attributes[name] = document.add_accessor(document.add_array(chosen), chosen, 0)
-        return [document.add("nodes", {"mesh": mesh, "extensions": {_INSTANCING: {"attributes": attributes}}})]
+        return [document.add("nodes", {**node, "extensions": {_INSTANCING: {"attributes": attributes}}})]
 
 
 def merged_glb(batch: TriangleBatch, name: str, assets: Path | None = None) -> bytes:
@@ -161,6 +174,7 @@ def merged_glb(batch: TriangleBatch, name: str, assets: Path | None = None) -> b
     Raises:
         AssetError: If a texture is unusable.
     """
+    batch = batch.by_material()
     with ExitStack() as parts:
         stream = BytesIO()
         document = GltfDocument(Output(stream, None, parts))
@@ -173,16 +187,38 @@ def _merged_content(
     document: GltfDocument, materials: GltfMaterials, batch: TriangleBatch, name: str
 ) -> dict[str, Any]:
     """Properties of the node of a model: a mesh with one primitive for each material; none for no triangles."""
+    primitives = _primitives(document, materials, batch)
+    return {"mesh": document.add("meshes", {"name": name, "primitives": primitives})} if primitives else {}
+
+
+def _named_nodes(
+    document: GltfDocument, materials: GltfMaterials, batch: TriangleBatch, names: ShapeNames
+) -> list[int]:
+    """Nodes of a model, one for each of its symbols and materials, which share ranges of the buffer."""
+    primitives = _primitives(document, materials, batch)
+    nodes = []
+    for symbol, material, group in groups_by_name(batch, names):
+        name = names.name(symbol, batch.materials, material)
+        mesh = document.add("meshes", {"name": name, "primitives": [primitives[group]]})
+        nodes.append(document.add("nodes", {"name": name, "mesh": mesh, "extras": names.extras(symbol, material)}))
+    return nodes
+
+
+def _children(document: GltfDocument, nodes: list[int]) -> dict[str, Any]:
+    return {"children": nodes} if nodes else {}
+
+
+def _primitives(document: GltfDocument, materials: GltfMaterials, batch: TriangleBatch) -> list[dict[str, Any]]:
+    """[G] a primitive for each group of a model."""
     written = [materials.index(batch.materials, material) for material in batch.group_material.tolist()]
     textured = np.array([needs_coordinates for _, needs_coordinates in written], dtype=bool)
     separate = textured & (batch.coordinates is None)
     rest = np.flatnonzero(~separate)
     shared = iter(_shared_primitives(document, batch.of_groups(rest) if separate.any() else batch, textured[rest]))
-    primitives = [
+    return [
         {**(_textured_primitive(document, batch, group) if separate[group] else next(shared)), "material": index}
         for group, (index, _) in enumerate(written)
     ]
-    return {"mesh": document.add("meshes", {"name": name, "primitives": primitives})} if primitives else {}
 
 
 def _shared_primitives(
@@ -258,20 +294,21 @@ class _ReusedMeshes:
     def __init__(self, document: GltfDocument, materials: GltfMaterials) -> None:
         self._document = document
         self._materials = materials
-        self._written: dict[tuple[int, int], int] = {}
+        self._written: dict[tuple[int, int, str], int] = {}
         self._geometry: dict[bytes, tuple[int, dict[str, Any]]] = {}
 
-    def index(self, shaded: ShadedMeshes, mesh: int, table: Materials, material: int) -> int:
-        """Index in the document of a mesh with a material of a table."""
+    def index(self, shaded: ShadedMeshes, mesh: int, table: Materials, material: int, name: str) -> int:
+        """Index in the document of a mesh with a material of a table, under a name; empty for a number."""
         material_index, textured = self._materials.index(table, material)
         number, geometry = self._geometry_of(shaded, mesh, textured=textured)
-        if (number, material_index) not in self._written:
+        key = number, material_index, name
+        if key not in self._written:
             entry = {
-                "name": f"mesh_{number}_{material_index}",
+                "name": name or f"mesh_{number}_{material_index}",
                 "primitives": [{**geometry, "material": material_index}],
             }
-            self._written[number, material_index] = self._document.add("meshes", entry)
-        return self._written[number, material_index]
+            self._written[key] = self._document.add("meshes", entry)
+        return self._written[key]
 
     def _geometry_of(self, shaded: ShadedMeshes, mesh: int, *, textured: bool) -> tuple[int, dict[str, Any]]:
         """The number of a geometry, and the properties of its primitives."""
@@ -296,17 +333,22 @@ class _ReusedMeshes:
         return self._geometry[key]
 
 
-def _by_pair(
-    mesh: NDArray[np.integer], material: NDArray[np.integer], rows: NDArray[np.int64]
-) -> Iterator[tuple[tuple[int, int], NDArray[np.int64]]]:
-    """Rows of each combination of mesh and material, in the order of their first occurrence."""
-    _, first, pair_of_row = np.unique(
-        np.stack([mesh[rows], material[rows]], axis=1), axis=0, return_index=True, return_inverse=True
-    )
+def _short(values: NDArray[np.float32]) -> list[list[float]]:
+    """Rows of 32-bit numbers with as few digits as tell them apart, since JSON is text."""
+    return values.astype(np.str_).astype(np.float64).tolist()
+
+
+def _by_kind(
+    mesh: NDArray[np.integer], material: NDArray[np.integer], symbol: NDArray[np.integer], rows: NDArray[np.int64]
+) -> Iterator[tuple[tuple[int, int, int], NDArray[np.int64]]]:
+    """Rows of each combination of mesh, material and symbol, in the order of their first occurrence."""
+    columns = np.stack([mesh[rows], material[rows], symbol[rows]], axis=1)
+    kinds, first, kind_of_row = np.unique(columns, axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
     rank = np.empty_like(first)
-    rank[np.argsort(first)] = np.arange(len(first))
-    pair_of_row = rank[pair_of_row.ravel()]
-    rows = rows[np.argsort(pair_of_row, kind="stable")]
-    ends = offsets_from_counts(np.bincount(pair_of_row, minlength=len(first))).tolist()
-    for start, end in pairwise(ends):
-        yield (int(mesh[rows[start]]), int(material[rows[start]])), rows[start:end]
+    rank[order] = np.arange(len(first))
+    kind_of_row = rank[kind_of_row.ravel()]
+    rows = rows[np.argsort(kind_of_row, kind="stable")]
+    ends = offsets_from_counts(np.bincount(kind_of_row, minlength=len(first))).tolist()
+    for (index, kind, number), (start, end) in zip(kinds[order].tolist(), pairwise(ends), strict=True):
+        yield (index, kind, number), rows[start:end]

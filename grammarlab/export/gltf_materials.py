@@ -12,6 +12,7 @@ from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.assets.texture_files import Texture, find_texture
 from grammarlab.derivation.materials import Materials
 from grammarlab.export.gltf_document import GltfDocument
+from grammarlab.export.names import MaterialNumbers
 
 _REPEAT = 10497
 
@@ -47,10 +48,10 @@ class GltfMaterials:
         """
         number = self._numbers.number(table, material)
         if number == len(self._textured):
-            self._textured.append(self._write(table, material, number))
+            self._textured.append(self._write(table, material))
         return number, self._textured[number]
 
-    def _write(self, table: Materials, material: int, number: int) -> bool:
+    def _write(self, table: Materials, material: int) -> bool:
         base, emissive = linear_from_srgb(np.stack((table.color[material], table.emissive[material]))).tolist()
         opacity = _share(table.opacity[material])
         surface: dict[str, Any] = {
@@ -62,7 +63,7 @@ class GltfMaterials:
         if texture is not None:
             surface["baseColorTexture"] = {"index": texture}
         entry: dict[str, Any] = {
-            "name": material_name(table, material, number),
+            "name": self._numbers.name(table, material),
             "pbrMetallicRoughness": surface,
             "doubleSided": True,
         }
@@ -95,24 +96,6 @@ class GltfMaterials:
         if not any(index is not None for index in self._images.values()):
             self._document.add("samplers", {"wrapS": _REPEAT, "wrapT": _REPEAT})
         return 0
-
-
-class MaterialNumbers:
-    """The different materials of one file, numbered in the order of their first use."""
-
-    def __init__(self) -> None:
-        self._numbers: dict[tuple[bytes, str], int] = {}
-
-    def number(self, table: Materials, material: int) -> int:
-        """The number of a row of a table; rows of equal appearance have the same number in all tables."""
-        key = table.channels[material].tobytes(), table.textures[material]
-        return self._numbers.setdefault(key, len(self._numbers))
-
-
-def material_name(table: Materials, material: int, number: int) -> str:
-    """The number of a material in its file and its sRGB colour, as in ``material_3_b8a890``."""
-    red, green, blue = (round(255 * min(max(value, 0.0), 1.0)) for value in table.color[material].tolist())
-    return f"material_{number}_{red:02x}{green:02x}{blue:02x}"
 
 
 def _share(value: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import final
@@ -11,15 +12,15 @@ from numpy.typing import NDArray
 
 from grammarlab.assets.texture_files import find_texture
 from grammarlab.derivation.materials import Materials
-from grammarlab.export.gltf_materials import MaterialNumbers, material_name
 from grammarlab.export.model_files import AbstractWriter, Output, write_whole
+from grammarlab.export.names import MaterialNumbers, shape_names
 from grammarlab.scene import Scene, TriangleBatch
 from grammarlab.scene.polygons import polygon_coordinates, polygons
 
 
 @final
 class ObjWriter(AbstractWriter):
-    """A file in which each model is an object, and each of its materials a group of faces: polygons as they are.
+    """A file of polygons in which each model is an object, and each of its symbols and materials a group.
 
     The format has no transforms, and most readers store coordinates in 32 bits. So a comment in the first
     lines gives the origin of the file, and coordinates are relative to it.
@@ -34,6 +35,7 @@ class ObjWriter(AbstractWriter):
     def __init__(self, output: Output, path: Path, origin: NDArray[np.float64], assets: Path | None) -> None:
         self._stream = output.stream
         self._path = path
+        self._stem = re.sub(r"\s", "_", path.stem)
         self._assets = assets
         self._numbers = MaterialNumbers()
         self._library = ["# grammarlab: colours are sRGB; Pr and Pm are roughness and metalness"]
@@ -41,20 +43,22 @@ class ObjWriter(AbstractWriter):
         self._num_materials = 0
         self._num_vertices = 0
         self._num_coordinates = 0
-        self._write(["# grammarlab: metres, y up", *origin_comments("# ", origin), f"mtllib {path.stem}.mtl"])
+        self._write(["# grammarlab: metres, y up", *origin_comments("# ", origin), f"mtllib {self._stem}.mtl"])
 
     def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
         """See `AbstractWriter.add`."""
         moved = _rows("v", batch.vertices + offset, 12) if offset.any() else _rows("v", batch.vertices)
         lines = [moved, _rows("vn", batch.normals), f"o {name}"]
-        faces = polygons(scene, batch)
+        faces, names = polygons(scene, batch), shape_names(scene)
         for group, material in enumerate(batch.group_material.tolist()):
             number = self._material(batch.materials, material)
             chosen = slice(*faces.group_faces[group : group + 2].tolist())
             offsets = faces.offsets[chosen.start : chosen.stop + 1]
             corners = faces.rows[offsets[0] : offsets[-1]] + 1 + self._num_vertices
             sizes = np.diff(offsets).tolist()
-            lines.append(f"usemtl {material_name(batch.materials, material, number)}")
+            if names is not None and batch.group_symbol is not None:
+                lines.append(f"g {names.name(int(batch.group_symbol[group]), batch.materials, material)}")
+            lines.append(f"usemtl {self._numbers.name(batch.materials, material)}")
             if number in self._images and batch.coordinates is not None:
                 vertices = slice(*batch.group_vertices[group : group + 2])
                 lines.append(_rows("vt", batch.coordinates[vertices]))
@@ -74,7 +78,7 @@ class ObjWriter(AbstractWriter):
     def finish(self) -> tuple[Path, ...]:
         """Write the images and the library before the geometry that refers to them."""
         files = {self._path.with_name(name): content for name, content in self._images.values()}
-        files[self._path.with_suffix(".mtl")] = _encoded("\n".join(self._library) + "\n")
+        files[self._path.with_name(f"{self._stem}.mtl")] = _encoded("\n".join(self._library) + "\n")
         for path, content in files.items():
             write_whole(path, content)
         return tuple(files)
@@ -92,7 +96,7 @@ class ObjWriter(AbstractWriter):
             return number
         self._num_materials += 1
         lines = self._library
-        lines += [f"newmtl {material_name(table, material, number)}", "illum 2"]
+        lines += [f"newmtl {self._numbers.name(table, material)}", "illum 2"]
         for keyword, color in (("Kd", table.color[material]), ("Ke", table.emissive[material])):
             lines.append(keyword + "".join(f" {value:.6g}" for value in np.clip(color, 0.0, 1.0)))
         lines.append(f"d {np.clip(table.opacity[material], 0.0, 1.0):.6g}")
@@ -100,7 +104,7 @@ class ObjWriter(AbstractWriter):
         lines.append(f"Pm {np.clip(table.metallic[material], 0.0, 1.0):.6g}")
         texture = find_texture(table.textures[material], self._assets, table.pictures)
         if texture is not None:
-            name = f"{self._path.stem}_texture_{number}{texture.suffix}"
+            name = f"{self._stem}_texture_{number}{texture.suffix}"
             self._images[number] = (name, texture.content)
             lines.append(f"map_Kd {name}")
             if table.textures[material] in table.cut_out:

@@ -16,6 +16,7 @@ from grammarlab.export.model_files import AbstractWriter, Output, whole_file
 from grammarlab.scene import Scene, TriangleBatch, triangles
 from grammarlab.scene.instances import require_proper, scene_of_model
 from grammarlab.scene.layout import SceneLayout, around, grid, in_place, model_bounds
+from grammarlab.scene.pivots import PIVOTS, Pivot, at_pivot
 
 Format = Literal["glb", "obj", "ply"]
 Reuse = Literal["merged", "nodes", "instancing"]
@@ -45,8 +46,12 @@ class SaveOptions:
     origin: tuple[float, float, float] | None = None
     """Origin [3] of files in world metres. By default each file far from the origin of the world has its own. Files of
     one model have it if they are OBJ or PLY; a GLB has a node with its own, so its place in the world is exact."""
+    pivot: Pivot = "world"
+    """Where the coordinates of each model count from: ``world``, the middle of its ``footprint``, or its ``centre``."""
 
     def __post_init__(self) -> None:
+        if self.pivot not in PIVOTS:
+            raise UsageError(f"unknown pivot {self.pivot!r}; choose one of {', '.join(PIVOTS)}")
         if self.reuse not in REUSES:
             raise UsageError(f"unknown reuse {self.reuse!r}; choose one of {', '.join(REUSES)}")
         if self.columns is not None and self.columns < 1:
@@ -86,9 +91,10 @@ def save(
     """
     check_type("scene", scene, Scene, "gl.realize(forest)")
     target = Path(path)
-    batch = triangles(scene)
+    options = options or SaveOptions()
+    scene = at_pivot(scene, options.pivot)
     chosen = file_format or target.suffix.lstrip(".").lower()
-    return _save_together([(scene, batch)], target, _checked_format(chosen), options or SaveOptions())
+    return _save_together([(scene, triangles(scene))], target, _checked_format(chosen), options)
 
 
 def save_together(
@@ -114,7 +120,8 @@ def save_together(
         As `save`.
     """
     chosen = _checked_format(file_format)
-    return _save_together(_Triangulated(scenes), Path(path), chosen, options or SaveOptions(), on_file)
+    options = options or SaveOptions()
+    return _save_together(_Triangulated(scenes, options.pivot), Path(path), chosen, options, on_file)
 
 
 def save_each(
@@ -147,6 +154,7 @@ def save_each(
     """
     options = options or SaveOptions()
     chosen = _checked_format(file_format)
+    scene = at_pivot(scene, options.pivot)
     batch = triangles(scene)
     require_proper(scene)
     paths = []
@@ -170,9 +178,11 @@ class _Triangulated:
     """Scenes with their triangles, one after the other."""
 
     scenes: Iterable[Scene]
+    pivot: Pivot
 
     def __iter__(self) -> Iterator[tuple[Scene, TriangleBatch]]:
-        for scene in self.scenes:
+        for each in self.scenes:
+            scene = at_pivot(each, self.pivot)
             yield scene, triangles(scene)
 
 
@@ -210,7 +220,7 @@ def _layout(scenes: Iterable[tuple[Scene, TriangleBatch]], options: SaveOptions)
 
 def _layout_of_one(origin: NDArray[np.float64], file_format: str, options: SaveOptions) -> SceneLayout:
     """Layout of a file of one model with an origin [3] in the world."""
-    if options.origin is None or file_format == "glb":
+    if options.origin is None or file_format == "glb" or options.pivot != "world":
         return SceneLayout(origin, np.zeros((1, 3)))
     return around(np.array(options.origin), origin[None])
 

@@ -13,6 +13,7 @@ from grammarlab.derivation.lots import NEAR, origins_of
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import DerivationError, check_type
 from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.scene.shape_labels import ShapeLabels, labels_of
 
 _FARTHEST = 1e9
 """Largest coordinate in metres, far below the overflow of 32-bit arithmetic."""
@@ -67,13 +68,15 @@ class Scene:
     surface: PointSurface | None = None
     """Surface at the points of `meshes`, which then consist of triangles, in place of `texture_maps`; by default,
     normals follow from the faces."""
+    labels: ShapeLabels | None = None
+    """Symbols of the instances and values of the models, for the names in files; None if they have none."""
 
     def __len__(self) -> int:
         return len(self.model)
 
 
 def realize(forest: Forest) -> Scene:
-    """The scene of a forest: its leaves, ordered by model, then by material.
+    """The scene of a forest: its leaves, ordered by model, then by material, then by symbol.
 
     Materials are ordered by their appearance, since their order in a forest depends on the other models in it.
 
@@ -99,6 +102,7 @@ def realize(forest: Forest) -> Scene:
         texture_map=leaves.texture_map[order],
         texture_maps=forest.texture_maps,
         origins=forest.origins,
+        labels=labels_of(forest, order),
     )
     return _brought_near(scene)
 
@@ -124,7 +128,13 @@ def stable_order(first: NDArray[np.integer], second: NDArray[np.integer]) -> NDA
 def scene_of_model(scene: Scene, model: int) -> Scene:
     """One model of a batch, as a separate scene with the same tables."""
     alone = chosen(scene, slice(*np.searchsorted(scene.model, [model, model + 1])))
-    return replace(alone, num_models=1, model=np.zeros(len(alone), np.int32), origins=scene.origins[model : model + 1])
+    return replace(
+        alone,
+        num_models=1,
+        model=np.zeros(len(alone), np.int32),
+        origins=scene.origins[model : model + 1],
+        labels=None if alone.labels is None else alone.labels.of_models(slice(model, model + 1)),
+    )
 
 
 def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) -> Scene:
@@ -144,6 +154,29 @@ def chosen(scene: Scene, rows: slice | NDArray[np.integer] | NDArray[np.bool_]) 
         texture_maps=scene.texture_maps,
         origins=scene.origins,
         surface=scene.surface,
+        labels=None if scene.labels is None else scene.labels.take(rows),
+    )
+
+
+def moved(scene: Scene, moves: Floats) -> Scene:
+    """The same models in the world, with other origins.
+
+    Args:
+        scene: the scene.
+        moves: [num_models, 3] new origin of each model from its old one, in metres.
+    """
+    move = moves[scene.model]
+    mapped = np.flatnonzero(scene.texture_map >= 0)
+    maps = scene.texture_maps[scene.texture_map[mapped]]
+    maps[:, :, 3] += np.einsum("nai,ni->na", maps[:, :, :3], move[mapped])
+    texture_map = scene.texture_map.copy()
+    texture_map[mapped] = np.arange(len(mapped))
+    return replace(
+        scene,
+        position=scene.position - move,
+        texture_map=texture_map,
+        texture_maps=maps,
+        origins=scene.origins + moves,
     )
 
 
@@ -206,7 +239,9 @@ def _sorted(materials: Materials) -> tuple[Materials, NDArray[np.int32]]:
 
 
 def _order(forest: Forest, material_of_old: NDArray[np.integer]) -> NDArray[np.intp]:
-    return stable_order(forest.nodes.model[forest.leaves.node], material_of_old[forest.leaves.material])
+    nodes, leaves = forest.nodes, forest.leaves
+    kind = material_of_old[leaves.material].astype(np.int64) * len(forest.symbols) + nodes.symbol[leaves.node]
+    return stable_order(nodes.model[leaves.node], kind)
 
 
 def _narrow(column: NDArray[np.integer]) -> NDArray[np.integer]:
@@ -224,19 +259,7 @@ def _brought_near(scene: Scene) -> Scene:
     moves[filled] = origins_of(
         np.minimum.reduceat(scene.position, starts, axis=0), np.maximum.reduceat(scene.position, starts, axis=0)
     )
-    move = moves[scene.model]
-    mapped = np.flatnonzero(scene.texture_map >= 0)
-    maps = scene.texture_maps[scene.texture_map[mapped]]
-    maps[:, :, 3] += np.einsum("nai,ni->na", maps[:, :, :3], move[mapped])
-    texture_map = scene.texture_map.copy()
-    texture_map[mapped] = np.arange(len(mapped))
-    return replace(
-        scene,
-        position=scene.position - move,
-        texture_map=texture_map,
-        texture_maps=maps,
-        origins=scene.origins + moves,
-    )
+    return moved(scene, moves)
 
 
 def _require_within(scene: Scene, name: str, values: np.ndarray) -> None:

@@ -13,6 +13,7 @@ from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.scene.instances import Scene, chosen
+from grammarlab.scene.shape_labels import joined_labels
 
 
 def of_models(scene: Scene, models: NDArray[np.integer]) -> Scene:
@@ -29,6 +30,7 @@ def of_models(scene: Scene, models: NDArray[np.integer]) -> Scene:
         num_models=len(models),
         model=np.repeat(np.arange(len(models), dtype=np.int32), np.diff(offsets)),
         origins=scene.origins[models],
+        labels=None if scene.labels is None else scene.labels.take(rows).of_models(models),
     )
 
 
@@ -69,6 +71,7 @@ def joined(scenes: Sequence[Scene]) -> Scene:
         ).astype(np.int32),
         texture_maps=np.concatenate([scene.texture_maps for scene in scenes]),
         origins=np.concatenate([scene.origins for scene in scenes]),
+        labels=joined_labels([scene.labels for scene in scenes]),
     )
 
 

@@ -31,9 +31,10 @@ MANY_REPEATS = 1024.0
 class TriangleBatch:
     """The merged triangles of `num_models` models, world y up, metres from the origin of each model.
 
-    Rows are ordered by model, then by material; a group is one material within one model. So one model, or one
-    material of one model, is a slice of every array. Each side of a leaf is modelled once: files mark every material
-    as double-sided and pictures turn normals towards the viewer, so a free-standing rectangle is seen from behind.
+    Rows are ordered by model, then by material, then by symbol; a group is one symbol in one material within one model.
+    So one model, or one material of one model, is a slice of every array. Each side of a leaf is modelled once: files
+    mark every material as double-sided and pictures turn normals towards the viewer, so a free-standing rectangle is
+    seen from behind.
     """
 
     num_models: int
@@ -65,6 +66,8 @@ class TriangleBatch:
     corner_coordinates: NDArray[np.float32] | None = None
     """[V, 2] u and v that files of meshes gave the vertices, v upwards, NaN for none; triangles without texture maps
     have them. None if no file gave any."""
+    group_symbol: NDArray[np.int32] | None = None
+    """[G] index into the symbols of the scene; None if it has no labels: a group is then one material."""
 
     def model(self, index: int) -> TriangleBatch:
         """Model `index` alone, as a batch of one (arrays are views where they can be)."""
@@ -89,6 +92,7 @@ class TriangleBatch:
             origins=self.origins[index : index + 1],
             coordinates=None if self.coordinates is None else self.coordinates[vertices],
             corner_coordinates=None if self.corner_coordinates is None else self.corner_coordinates[vertices],
+            group_symbol=None if self.group_symbol is None else self.group_symbol[first:last],
         )
 
     def of_groups(self, groups: Ints) -> TriangleBatch:
@@ -112,6 +116,26 @@ class TriangleBatch:
             origins=self.origins,
             coordinates=None if self.coordinates is None else self.coordinates[vertex],
             corner_coordinates=None if self.corner_coordinates is None else self.corner_coordinates[vertex],
+            group_symbol=None if self.group_symbol is None else self.group_symbol[groups],
+        )
+
+    def by_material(self) -> TriangleBatch:
+        """The same triangles in groups of one material each, whatever their symbols."""
+        if self.group_symbol is None:
+            return self
+        model, material = self.group_model, self.group_material
+        is_first = np.ones(len(model), dtype=bool)
+        is_first[1:] = (model[1:] != model[:-1]) | (material[1:] != material[:-1])
+        starts = np.flatnonzero(is_first)
+        ends = np.append(starts, len(model))
+        return replace(
+            self,
+            group_model=model[starts],
+            group_material=material[starts],
+            group_vertices=self.group_vertices[ends],
+            group_triangles=self.group_triangles[ends],
+            model_groups=np.searchsorted(model[starts], np.arange(self.num_models + 1)),
+            group_symbol=None,
         )
 
     def material_of_triangle(self) -> NDArray[np.int32]:
@@ -145,6 +169,8 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
     is_first = np.empty(len(scene), dtype=bool)
     is_first[:1] = True
     is_first[1:] = (scene.model[1:] != scene.model[:-1]) | (scene.material[1:] != scene.material[:-1])
+    if scene.labels is not None:
+        is_first[1:] |= scene.labels.symbol[1:] != scene.labels.symbol[:-1]
     starts = np.flatnonzero(is_first)
     vertex_offsets = offsets_from_counts(np.diff(shaded.mesh_vertices)[mesh])
     triangle_offsets = offsets_from_counts(np.diff(shaded.mesh_triangles)[mesh])
@@ -168,6 +194,7 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
         origins=scene.origins,
         coordinates=_of_vertices(shaded.coordinates, shaded, mesh),
         corner_coordinates=_of_vertices(shaded.corner_coordinates, shaded, mesh),
+        group_symbol=None if scene.labels is None else scene.labels.symbol[starts],
     )
 
 
@@ -216,8 +243,10 @@ def downwards(coordinates: NDArray[np.floating]) -> NDArray[np.float32]:
 
 
 def in_groups(scene: Scene, has_triangles: NDArray[np.bool_]) -> Scene:
-    """The instances with triangles, ordered by model, then by material."""
-    model, material = scene.model, scene.material
+    """The instances with triangles, ordered by model, then by material, then by symbol if they have labels."""
+    model, material = scene.model, scene.material.astype(np.int64)
+    if scene.labels is not None:
+        material = material * len(scene.labels.symbols) + scene.labels.symbol
     ordered = (model[1:] > model[:-1]) | ((model[1:] == model[:-1]) & (material[1:] >= material[:-1]))
     if ordered.all():
         return scene if has_triangles.all() else chosen(scene, has_triangles)

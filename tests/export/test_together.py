@@ -141,7 +141,7 @@ def check_structure(glb: Glb) -> None:
     numbers = range(len(document["nodes"]))
     shown = document["scenes"][0]["nodes"] + [child for node in document["nodes"] for child in node.get("children", [])]
     assert sorted(shown) == list(numbers)
-    names = [node["name"] for node in document["nodes"] if "name" in node]
+    names = [node["name"] for node in document["nodes"] if node.get("name", "").startswith("model_")]
     assert len(names) == len(set(names))
 
 

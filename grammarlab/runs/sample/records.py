@@ -28,6 +28,7 @@ from grammarlab.runs.work.json_members import member, numbers, of_kind, texts
 from grammarlab.runs.work.results import Results, json_kind
 from grammarlab.runs.work.run_folder import check_shared
 from grammarlab.scene import Scene
+from grammarlab.scene.pivots import at_pivot
 from grammarlab.scene.triangles import count_triangles
 
 DERIVATIONS = "derivations"
@@ -170,7 +171,7 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
         shapes += part.shapes
         triangles += count_triangles(scene).tolist()
         reports += part.reports
-        origins.append(_file_origins(request, scene.origins))
+        origins.append(_file_origins(request, at_pivot(scene, request.pivot).origins))
         images |= _missing_images(scene, request.assets)
     columns = zip(
         files,
@@ -304,6 +305,7 @@ def _save_options(request: SampleRequest) -> SaveOptions:
         columns=request.columns or None,
         in_place=request.is_in_place,
         origin=request.origin,
+        pivot=request.pivot,
     )
 
 
@@ -319,7 +321,7 @@ def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArr
         request: the request.
         origins: [N, 3] origins of the models themselves.
     """
-    shared = request.is_in_place if request.single_file else request.file_format != "glb"
+    shared = request.is_in_place if request.single_file else request.file_format != "glb" and request.pivot == "world"
     return origins if request.origin is None or not shared else np.broadcast_to(request.origin, origins.shape)
 
 

@@ -22,6 +22,7 @@ from grammarlab.runs.sample.domains import DEFAULT, opened_models
 from grammarlab.runs.sample.shipped import find_rules
 from grammarlab.runs.sample.stand import Stand
 from grammarlab.runs.work.json_members import member, numbers, of_kind, plain_values
+from grammarlab.scene.pivots import PIVOTS, Pivot
 
 Instancing = Literal["none", "nodes", "gpu"]
 Scale = Literal["same", "each"]
@@ -46,6 +47,7 @@ class RequestOptions(TypedDict, total=False):
     columns: int
     renderer: RendererName
     scale: Scale
+    pivot: Pivot
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +95,8 @@ class SampleRequest:
     ``auto`` is OpenGL if it works. The manifest records the used renderer."""
     scale: Scale = "each"
     """Whether the models on the sheet are all to one scale, or ``each`` fills its picture."""
+    pivot: Pivot = "world"
+    """Where the coordinates of each model count from (`grammarlab.scene.pivots`)."""
     georeference: Georeference | None = None
     """Place of the footprints on the earth; None if it is unknown. It does not change the models."""
     remarks: tuple[Remark, ...] = ()
@@ -118,6 +122,7 @@ class SampleRequest:
         _check_range("number of columns", self.columns, 0, 1000)
         _check_choice("format", self.file_format, FORMATS)
         _check_choice("instancing", self.instancing, get_args(Instancing))
+        _check_choice("pivot", self.pivot, PIVOTS)
         _check_choice("scale", self.scale, get_args(Scale))
         _check_choice("renderer", self.renderer, get_args(RendererName))
         if self.instancing != "none" and self.file_format != "glb":
@@ -233,6 +238,7 @@ class SampleRequest:
             "columns": self.columns,
             "renderer": self.renderer,
             "scale": self.scale,
+            **({} if self.pivot == "world" else {"pivot": self.pivot}),
             **({} if self.stand is None else {"stand": self.stand.as_json()}),
         }
 
@@ -264,6 +270,7 @@ _TYPES: Mapping[str, type] = {
     "columns": int,
     "renderer": str,
     "scale": str,
+    "pivot": str,
     "stand": dict,
 }
 """Members of `SampleRequest.as_json`; earlier versions have fewer."""
