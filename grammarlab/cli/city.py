@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console import Scheduler, Unfinished, friendly_errors, print_json, print_result, progress, say
+from grammarlab.cli.console import Scheduler, Unfinished, friendly_errors, print_json, print_result, say
+from grammarlab.cli.progress import progress
 
 if TYPE_CHECKING:
     from grammarlab.runs.city.build import CityResult
@@ -47,7 +48,7 @@ def build(
     build goes on where it stopped, and a change costs the squares that it concerns.
     """
     unfinished = Unfinished()
-    with friendly_errors(unfinished.advice), progress(unfinished.note) as show:
+    with friendly_errors(unfinished.advice), progress(unfinished.note, as_json=as_json) as show:
         from grammarlab.export.cityjson import LEVELS, levels_of
         from grammarlab.runs.city.build import build_city
         from grammarlab.runs.work.executor_choice import executor_of

@@ -1,16 +1,15 @@
 """Output of the command line: results on stdout, everything else on stderr, and exit codes.
 
-Progress bars appear if stderr is a terminal. A command that has stopped prints the command that continues it.
+A command that has stopped prints the command that continues it; `grammarlab.cli.progress` shows how far it is.
 """
 
 from __future__ import annotations
 
 import json
 import platform
-import re
 import shlex
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Annotated, Any
@@ -19,9 +18,9 @@ import typer
 
 from grammarlab.errors import GrammarlabError, LanguageError, UsageError, WorkerError
 from grammarlab.extras import named_extras
+from grammarlab.option_names import with_options
 from grammarlab.printable import printable
 
-Show = Callable[[str, int, int], None]
 FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 Scheduler = Annotated[
     str,
@@ -59,84 +58,6 @@ class Unfinished:
         return f"stopped with {done:,} of {total:,} {task} done; go on with: {shlex.join(['grammarlab', *words])}"
 
 
-@contextmanager
-def progress(note: Show = lambda _what, _done, _total: None) -> Iterator[Show]:
-    """A function that shows progress: the name of the task, the number of finished parts, and the number of all parts.
-
-    Args:
-        note: called with the same arguments.
-    """
-    if not sys.stderr.isatty():
-        yield note
-        return
-    from rich.console import Console
-    from rich.markup import escape
-    from rich.progress import Progress, ProgressColumn, Task, TaskID
-    from rich.text import Text
-
-    class Rate(ProgressColumn):
-        def render(self, task: Task) -> Text:
-            return Text(f"{task.speed:,.3g}/s" if task.speed else "")
-
-    columns = (*Progress.get_default_columns(), Rate())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
-        tasks: dict[str, TaskID] = {}
-
-        def show(task: str, done: int, total: int) -> None:
-            if task not in tasks:
-                tasks[task] = bars.add_task(escape(printable(task)), total=total)
-            bars.update(tasks[task], completed=done)
-            note(task, done, total)
-
-        yield show
-
-
-_ARGUMENT = re.compile(r"`([a-z_]+)=([^`\n]{0,40})`")
-"""An argument in a message of the library: ``width=``, ``unit='mm'`` or ``resume=True``, each between backticks."""
-_ARGUMENTS = frozenset(
-    [
-        "assets",
-        "box",
-        "boxes",
-        "columns",
-        "corrections",
-        "height",
-        "jobs",
-        "method",
-        "no_models",
-        "port",
-        "resume",
-        "rows",
-        "split",
-        "stored_grammar",
-        "templates",
-        "unit",
-        "up",
-        "wall",
-        "width",
-        "workers",
-    ]
-)
-"""Arguments that are options of the same name."""
-
-
-def with_options(message: str) -> str:
-    """A message of the library with the options of the command line instead of arguments.
-
-    >>> with_options("give `width=` or `unit='mm'`, or leave out `stored_grammar=True`")
-    'give --width or --unit mm, or leave out --stored-grammar'
-    """
-    return _ARGUMENT.sub(_option, message)
-
-
-def _option(match: re.Match[str]) -> str:
-    name, value = match[1], match[2].strip("'")
-    if name not in _ARGUMENTS:
-        return match[0]
-    option = f"--{name.replace('_', '-')}"
-    return option if value in {"", "True"} else f"{option} {value}"
-
-
 def say(message: str) -> None:
     """Print a message on stderr with options for arguments; it may quote files from strangers."""
     typer.echo(printable(with_options(message)), err=True)
@@ -150,12 +71,6 @@ def print_result(result: object) -> None:
 def print_content(text: str) -> None:
     """Write text that another program may read to stdout: as it is, unless stdout is a terminal."""
     typer.echo(printable(text) if sys.stdout.isatty() else text, nl=False)
-
-
-def print_event(event: str, values: Mapping[str, Any]) -> None:
-    """Print one line with a JSON object about what happens, for programs, on stdout at once."""
-    typer.echo(json.dumps({"event": event, **values}, allow_nan=False))
-    sys.stdout.flush()
 
 
 def print_json(value: dict[str, Any]) -> None:

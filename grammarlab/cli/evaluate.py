@@ -101,7 +101,7 @@ def evaluate(
     """
     run = Unfinished(without="--fresh")
     with friendly_errors(run.advice):
-        from grammarlab.cli.console import progress
+        from grammarlab.cli.progress import progress
         from grammarlab.runs.evaluate.request import EvaluationRequest, find_scenarios
         from grammarlab.runs.evaluate.run import evaluate_run
         from grammarlab.runs.work.executor_choice import executor_of
@@ -118,13 +118,14 @@ def evaluate(
             density=density,
             grammar_labels=grammar_labels,
         )
-        with progress(run.note) as on_progress:
+        executor = executor_of(workers, scheduler, say)
+        with progress(run.note, as_json=as_json) as on_progress:
             result = evaluate_run(
                 request,
                 folder or _folder_of(scenarios),
                 report=report,
                 cache=cache,
-                executor=executor_of(workers, scheduler, say),
+                executor=executor,
                 fresh=not resume,
                 command=_command(scenarios, request),
                 on_progress=on_progress,

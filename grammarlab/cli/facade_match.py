@@ -7,9 +7,10 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console import friendly_errors, print_json, print_result, say, with_options
+from grammarlab.cli.console import friendly_errors, print_json, print_result, say
 from grammarlab.cli.file_kinds import ELEMENTS, MESH, Unit, UnitOption, Up, UpOption, expected_kind
 from grammarlab.files import check_overwrites
+from grammarlab.option_names import with_options
 
 
 def match(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console import friendly_errors, print_json, say
+from grammarlab.cli.console import Scheduler, friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
 from grammarlab.files import check_overwrites
 
@@ -33,25 +33,38 @@ def label(
     method: Annotated[
         str, typer.Option("--method", help="How models are chosen: default, paper, kde, sklearn, lightgbm.")
     ] = ("default"),
+    scheduler: Scheduler = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the labels.")] = False,
 ) -> None:
     """Save scores that a simulated person gives to models.
 
-    A new file is written after every round of questions; an existing one is replaced at the end.
+    A new file is written after every round of questions; an existing one is replaced at the end. On a cluster a single
+    worker does all rounds, and the file is written at the end.
     """
     saved: list[int] = []
     with friendly_errors(lambda: f"{file} has the first {saved[-1]:,} scores." if saved else ""):
-        from grammarlab.cli.console import progress
+        from grammarlab.cli.progress import progress
         from grammarlab.runs.evaluate.request import find_scenario
         from grammarlab.runs.evaluate.simulated_labels import label_models_of
+        from grammarlab.runs.work.executor_choice import executor_of
 
+        executor = executor_of(1, scheduler, say) if scheduler else None
         path = find_scenario(scenario)
         file = file or Path(f"{path.stem}_labels.csv")
         check_overwrites([file], [path])
         is_new = not file.exists()
-        with progress(lambda _what, done, _total: saved.extend([done] if is_new else [])) as on_progress:
+        with progress(
+            lambda _what, done, _total: saved.extend([done] if is_new else []), as_json=as_json
+        ) as on_progress:
             result = label_models_of(
-                path, file, number, seed=seed, method=method, person=person, on_progress=on_progress
+                path,
+                file,
+                number,
+                seed=seed,
+                method=method,
+                person=person,
+                executor=executor,
+                on_progress=on_progress,
             )
         liked = sum(label.score > 0 for label in result.labels)
         js = result.curve.points[-1].js

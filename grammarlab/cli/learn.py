@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from grammarlab.runs.learn.from_scenario import LearnResult
     from grammarlab.runs.learn.report import Report
     from grammarlab.runs.learn.scenario_measures import TrueDensity
+    from grammarlab.runs.work.executors import AbstractExecutor
 
 
 class _Summary(NamedTuple):
@@ -102,17 +103,19 @@ def learn(
 ) -> None:
     """Make a grammar, or a species, that samples liked models.
 
-    Its density is proportional to the scores.
+    Its density is proportional to the scores. On a cluster the workers draw the pictures of --report.
     """
     with friendly_errors():
-        from grammarlab.cli.console import progress
+        from grammarlab.cli.progress import progress
         from grammarlab.errors import UsageError
         from grammarlab.evaluation.respondents import EXACT, RESPONDENTS
         from grammarlab.evaluation.scenario_values import chosen_one
         from grammarlab.runs.evaluate.request import find_scenario
         from grammarlab.runs.learn import density_pages
         from grammarlab.runs.sample.shipped import find_rules
+        from grammarlab.runs.work.executor_choice import executor_of
 
+        executor = executor_of(0, scheduler, say)
         if base not in ("grammar", "uniform"):
             raise UsageError(f"unknown base {base!r}; expected grammar or uniform")
         if labels is not None and examples is not None:
@@ -139,7 +142,7 @@ def learn(
                 say(f"note: {labels}: {note}")
             options: dict[str, Any] = {"scenario": scenario_file, "respondent": respondent}
             options |= {"pool": pool if seed is None else None, "seed": seed or 0}
-            with progress() as on_progress:
+            with progress(as_json=as_json) as on_progress:
                 result = learn_from_labels(
                     grammar, table, target, making, labels_from=labels.name, on_progress=on_progress, **options
                 )
@@ -158,13 +161,15 @@ def learn(
         else:
             from grammarlab.runs.learn.from_scenario import learn_from_scenario
 
-            with progress() as on_progress:
+            with progress(as_json=as_json) as on_progress:
                 exact = learn_from_scenario(grammar, source, method, target, samples, on_progress)
             summary = _Summary(_as_json(exact), _as_lines(exact), density_pages.page_of_scenario(exact))
-        _print_summary(summary, report, seed or 0, scheduler, as_json)
+        _print_summary(summary, report, seed or 0, executor, as_json)
 
 
-def _print_summary(summary: _Summary, report: Path | None, seed: int, scheduler: str, as_json: bool) -> None:
+def _print_summary(
+    summary: _Summary, report: Path | None, seed: int, executor: AbstractExecutor, as_json: bool
+) -> None:
     if as_json:
         print_json(summary.values)
     else:
@@ -172,9 +177,7 @@ def _print_summary(summary: _Summary, report: Path | None, seed: int, scheduler:
             say(line)
     if report is not None:
         from grammarlab.runs.learn.report import write_report
-        from grammarlab.runs.work.executor_choice import executor_of
 
-        executor = executor_of(0, scheduler, say)
         say(f"table and pictures: {write_report(summary.page, report, seed=seed, executor=executor)}")
 
 

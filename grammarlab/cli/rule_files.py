@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console import FAILURE, friendly_errors, print_content, print_json, print_result, say, with_options
+from grammarlab.cli.console import FAILURE, friendly_errors, print_content, print_json, print_result, say
 from grammarlab.errors import UsageError
+from grammarlab.option_names import with_options
 
 
 class Target(StrEnum):

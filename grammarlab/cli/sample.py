@@ -163,7 +163,7 @@ def sample(
     ] = False,
     as_json: Annotated[
         bool,
-        typer.Option("--json", help="Print one JSON object about the run; with --no-models one a line, as it goes."),
+        typer.Option("--json", help="Print one JSON object about the run."),
     ] = False,
 ) -> None:
     """Sample models from a grammar or a species of trees.
@@ -172,7 +172,8 @@ def sample(
     """
     run = Unfinished(needs="--resume")
     with friendly_errors(run.advice):
-        from grammarlab.cli.console import note_slow_pictures, progress
+        from grammarlab.cli.console import note_slow_pictures
+        from grammarlab.cli.progress import progress
         from grammarlab.runs.sample.domains import opened_models
         from grammarlab.runs.sample.manifest import read_manifest
         from grammarlab.runs.sample.request import SampleRequest
@@ -191,7 +192,7 @@ def sample(
                 note_slow_pictures()
             if not resume and target.resolve() == (manifest if manifest.is_dir() else manifest.parent).resolve():
                 raise UsageError(f"the run to repeat is in {target}: give another folder with -o.")
-            with progress(run.note) as on_progress:
+            with progress(run.note, as_json=as_json) as on_progress:
                 result, different = repeat_run(
                     earlier, target, executor=executor, resume=resume, on_progress=on_progress
                 )
@@ -238,7 +239,7 @@ def sample(
         target = Path(output or Path("out", request.name))
         if request.image and request.renderer != "gl":
             note_slow_pictures()
-        with progress(run.note) as on_progress:
+        with progress(run.note, as_json=as_json) as on_progress:
             result = sample_run(request, target, executor=executor, resume=resume, on_progress=on_progress)
         _print_summary(result, as_json)
 

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import grammarlab as gl
-from grammarlab.cli.console import with_options
+from grammarlab.option_names import with_options
 
 ESCAPE = "\x1b]0;title changed\x07 \x1b[31m"
 

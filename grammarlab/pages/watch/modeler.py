@@ -18,6 +18,7 @@ from grammarlab.features.acceptance import Acceptance, derive_accepted
 from grammarlab.language.attribute_values import read_attributes
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.grammar_space import GrammarParts
+from grammarlab.option_names import with_options
 from grammarlab.pages.watch.controls import Control, controls_of
 from grammarlab.pages.watch.watch_tasks import DrawPicture, MadeModel, MakeModel, Mistake, Wanted
 from grammarlab.pages.workers.artist import PartFinder
@@ -117,7 +118,8 @@ def _glb_of(batch: TriangleBatch, assets: Path) -> bytes:
 
 def _mistake_of(finding: Finding, lines: list[str]) -> Mistake:
     line, column = finding.location.line, finding.location.column
-    return Mistake(finding.severity, finding.message, finding.hint, line, column, _line(lines, line))
+    message, hint = with_options(finding.message), with_options(finding.hint)
+    return Mistake(finding.severity, message, hint, line, column, _line(lines, line))
 
 
 def _mistake_of_derivation(error: DerivationError, lines: list[str]) -> Mistake:

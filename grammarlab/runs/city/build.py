@@ -128,7 +128,7 @@ def build_city(
         tasks = ShardTasks(
             folder=folder, grid=grid, placement=placement, zones=zones, store=store, ids=ids, cityjson=cityjson
         )
-        records, num_reused = _built(tasks, executor, on_progress)
+        records, num_reused = _built(tasks, executor.in_folder(folder), on_progress)
         shards = {cell: record.tree for cell, record in zip(tasks.cells, records, strict=True)}
         clear_city(folder, grid, shards, (TILESET, BUILDINGS_TILESET, *(() if cityjson else (BUILDINGS,))))
         trees = tree_places(survey, zones, street_trees, folder)

@@ -34,7 +34,6 @@ from grammarlab.runs.city.quad import (
 )
 from grammarlab.runs.city.quad_buildings import QuadBuildings, SitesOfShard, quad_buildings
 from grammarlab.runs.city.record_file import read_record, write_record
-from grammarlab.runs.work.run_folder import check_shared
 
 FOLDER = "shards"
 """Folder with one folder for each shard."""
@@ -126,7 +125,6 @@ def kept_shard(task: ShardTask) -> ShardRecord | None:
 
 def build_shard(task: ShardTask) -> ShardRecord:
     """Derive the buildings of the quads of a shard that are not kept, and write its tiles; its record comes last."""
-    check_shared(task.folder)
     (task.home / RECORD).unlink(missing_ok=True)
     writer = TileWriter(task.folder, task.source.grid, task.placement, task.cell)
     records = {quad.cell: record for quad in task.quads if (record := _kept_quad(task, quad)) is not None}

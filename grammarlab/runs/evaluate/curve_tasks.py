@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import platform
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache
@@ -9,6 +10,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from grammarlab.about import __version__
+from grammarlab.errors import UsageError
 from grammarlab.evaluation import protocol
 from grammarlab.evaluation.curves import Curve
 from grammarlab.evaluation.methods import Method
@@ -145,12 +147,19 @@ def run_tasks(
 
 
 @lru_cache(maxsize=2)
-def _load_material(scenario: Path, _source_key: str, settings: Settings, seed: int) -> Material:
+def _load_material(scenario: Path, source_key: str, settings: Settings, seed: int) -> Material:
     """Material of the curves of a scenario and a seed; their tasks are consecutive, so few are cached.
 
-    The key makes changed files be read again.
+    Raises:
+        UsageError: If the files of the scenario have another key than the task.
     """
-    return prepare(load_source(scenario).for_person(seed), settings)
+    source = load_source(scenario)
+    if source.key != source_key:
+        raise UsageError(
+            f"{scenario}: the scenario or its grammar has changed since the run began, or machine "
+            f"{platform.node()!r} has others by the same path. Start again with files that all machines share."
+        )
+    return prepare(source.for_person(seed), settings)
 
 
 def _add(store: Store, record: CurveRecord) -> None:

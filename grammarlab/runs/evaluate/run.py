@@ -87,6 +87,7 @@ def evaluate_run(
     """
     require("matplotlib")  # before hours of work, not after
     with only_run_in(folder, _INNER):
+        executor = executor.in_folder(folder)
         return _evaluate(request, folder, report, cache or folder / CACHE, executor, fresh, command, on_progress)
 
 

@@ -17,6 +17,7 @@ from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import OVERALL, Labels
 from grammarlab.runs.evaluate.curve_tasks import CurveTask, run_protocol
 from grammarlab.runs.sample.sources import load_source
+from grammarlab.runs.work.executors import AbstractExecutor
 from grammarlab.runs.work.results import Progress
 from grammarlab.runs.work.workers import one_thread
 
@@ -40,6 +41,7 @@ def label_models_of(
     method: str = "default",
     person: str = EXACT.name,
     cache: Path | None = None,
+    executor: AbstractExecutor | None = None,
     on_progress: Progress = lambda _what, _done, _total: None,
 ) -> LabelResult:
     """Let a simulated person score models, which are chosen round after round as for a real person.
@@ -55,7 +57,9 @@ def label_models_of(
         method: method of choosing models, of `grammarlab.evaluation.methods.METHODS`.
         person: error model of scores, of `grammarlab.evaluation.respondents.RESPONDENTS`.
         cache: folder for counted features, reused by later calls.
-        on_progress: called after every round.
+        executor: does all rounds as one task, on a machine that has the scenario by the same path; the file is then
+            written at the end. None does them in this process.
+        on_progress: called after every round, or at the end if there is an executor.
 
     Raises:
         UsageError: If the method, the person or the suffix of the file is unknown.
@@ -73,18 +77,20 @@ def label_models_of(
 
     with tempfile.TemporaryDirectory() as scratch:
         save_labels(Labels(), Path(scratch, file.name))  # report a wrong suffix before the work
-        labels, curve = labels_of(
-            CurveTask(
-                scenario=scenario,
-                source_key=key,
-                method=way,
-                seed=seed,
-                max_labels=num_labels,
-                cache=cache or Path(scratch),
-                person=respondent,
-            ),
-            on_labels,
+        task = CurveTask(
+            scenario=scenario.absolute(),
+            source_key=key,
+            method=way,
+            seed=seed,
+            max_labels=num_labels,
+            cache=cache or Path(scratch),
+            person=respondent,
         )
+        if executor is None:
+            labels, curve = labels_of(task, on_labels)
+        else:
+            ((labels, curve),) = executor.results(labels_of, [task])
+            on_progress("scores", len(labels), num_labels)
     save_labels(labels, file)
     return LabelResult(file, labels, curve)
 

@@ -26,7 +26,6 @@ from grammarlab.runs.sample.request import Instancing, SampleRequest
 from grammarlab.runs.sample.shipped import SUFFIX
 from grammarlab.runs.work.json_members import member, numbers, of_kind, texts
 from grammarlab.runs.work.results import Results, json_kind
-from grammarlab.runs.work.run_folder import check_shared
 from grammarlab.scene import Scene
 from grammarlab.scene.pivots import at_pivot
 from grammarlab.scene.triangles import count_triangles
@@ -154,7 +153,6 @@ def sample_batch(request: SampleRequest, folder: Path, batch: Batch) -> BatchRec
 
     Files are on the disk before the record that names them, so a record is right even after a power failure.
     """
-    check_shared(folder)
     _forget_record(folder, batch)
     made = models_of(request).make(request, batch)
     derivations = _batch_folder(folder, batch)

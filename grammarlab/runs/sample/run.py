@@ -302,7 +302,7 @@ def _run_batches(
         on_progress("models", done, request.total_models)
 
     try:
-        executor.run(partial(sample_batch, request, folder), missing, finish)
+        executor.in_folder(folder).run(partial(sample_batch, request, folder), missing, finish)
     finally:  # unfinished files of killed processes
         for inner in filter(None, (folder, folder_below(folder, DERIVATIONS))):
             remove_parts(inner)

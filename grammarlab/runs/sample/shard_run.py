@@ -122,6 +122,7 @@ def sample_shards(
         made = _Made(sizes, plan, on_progress)
         made.report()
         executor.run(ShardMaker(plan, store), made.missing(), made.add)
+        _check_plan(plan, store)  # a store has no locks, and perhaps not even exclusive files
         store.write(INDEX, _index(plan, sizes))
         num_bytes = int(sizes.sum())
         store.write(PLAN, plan.to_text(num_bytes).encode())
@@ -199,12 +200,23 @@ def _begin(plan: ShardPlan, store: AbstractStore) -> None:
     Raises:
         UsageError: If it has another one, or files of shards without one.
     """
-    content = store.read(PLAN, MAX_PLAN_BYTES)
-    if content is None:
+    if store.read(PLAN, MAX_PLAN_BYTES) is None:
         if next(store.sizes(SHARDS), None) is not None:
             raise UsageError(f"{store}: files in {SHARDS}, but no {PLAN} that says of which run. Use another place.")
-        store.write(PLAN, plan.to_text().encode())
-        return
+        if store.create(PLAN, plan.to_text().encode()):
+            return
+    _check_plan(plan, store)
+
+
+def _check_plan(plan: ShardPlan, store: AbstractStore) -> None:
+    """Check that the place has the plan of this run.
+
+    Raises:
+        UsageError: If it has another one, or none.
+    """
+    content = store.read(PLAN, MAX_PLAN_BYTES)
+    if content is None:
+        raise UsageError(f"{store}: {PLAN} has disappeared. Write into another place with -o.")
     try:
         earlier = ShardPlan.from_text(content, plan.request.assets)
     except AssetError as error:

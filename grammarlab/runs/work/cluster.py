@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -50,6 +51,8 @@ class Cluster(AbstractExecutor):
     """Address of the scheduler: ``tcp://host:8786``."""
     environment: Mapping[str, str] = field(default_factory=dict)
     """Variables of the tasks in addition to those of the workers."""
+    folder: Path | None = None
+    """Folder of a run that all workers must see."""
     notice: Callable[[str], object] = field(default=str, compare=False, repr=False)
     """Called with a message while nothing can be done, such as that there are no workers."""
 
@@ -61,6 +64,9 @@ class Cluster(AbstractExecutor):
 
     def with_environment(self, values: Mapping[str, str]) -> Self:
         return replace(self, environment={**self.environment, **values})
+
+    def in_folder(self, folder: Path) -> Self:
+        return replace(self, folder=folder.absolute())
 
     def machine(self) -> Machine:
         with connected(self.address) as connection:
@@ -137,7 +143,9 @@ class _Run:
         """Do tasks until all are done, or nothing is being done any more."""
         client, machine = connection.client, connection.machine(self._cluster.notice)
         self._name = f"grammarlab_{secrets.token_hex(4)}"
-        client.register_plugin(Work(self._work, Path.cwd(), self._cluster.environment, machine), name=self._name)
+        cluster = self._cluster
+        work = Work(self._work, Path.cwd(), cluster.environment, machine, cluster.folder)
+        connection.send_plugin(work, self._name)
         completed: as_completed = as_completed(loop=client.loop, with_results=True, raise_errors=False)
         self._look(connection)
         try:
@@ -198,8 +206,10 @@ class _Run:
         workers = self._look(connection)
         if not workers or now - self._heard < _STALL_SECONDS * (1 + self._idle_looks):
             return False
-        active = connection.from_workers(active_tasks, self._name)
-        self._idle_looks = 0 if any(active.values()) else self._idle_looks + 1
+        active = connection.from_workers(partial(active_tasks, self._name), self._cluster.notice)
+        # A silent worker may be doing its task; Dask gives that to another one when it gives the worker up.
+        is_active = any(isinstance(keys, TimeoutError) or (isinstance(keys, list) and keys) for keys in active.values())
+        self._idle_looks = 0 if is_active else self._idle_looks + 1
         self._heard = self._heard if self._idle_looks else now
         return self._idle_looks == 2
 

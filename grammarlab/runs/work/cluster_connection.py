@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -9,10 +10,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from queue import Empty, Queue
 from threading import Thread
-from typing import Any, cast
+from typing import Any
 
 from distributed import Client
 from distributed.comm.core import CommClosedError
+from distributed.diagnostics.plugin import WorkerPlugin
+from distributed.protocol.pickle import dumps
 
 from grammarlab.errors import UsageError, WorkerError
 from grammarlab.runs.work.cluster_worker import mixture
@@ -23,6 +26,10 @@ NO_WORKERS_SECONDS = 60.0
 _CONNECT_SECONDS, _CLOSE_SECONDS = 15.0, 5.0
 _ANSWER_SECONDS = 30.0
 """Seconds in which the scheduler must answer."""
+_SILENT_SECONDS = 60.0
+"""Seconds in which a worker must answer; its first answer imports the libraries, perhaps from a slow disk."""
+_MAX_SENDINGS = 3
+"""Largest number of times that a plugin is sent while workers leave."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,9 +76,55 @@ class Connection:
         except (OSError, TimeoutError) as error:
             raise self.lost() from error
 
-    def from_workers(self, function: Callable[..., Any], *arguments: Any) -> Mapping[str, Any]:
-        """Results of a function in each worker, by address; its error where it raises one."""
-        return cast("Mapping[str, Any]", self.client.run(function, *arguments, on_error="return"))
+    def from_workers(self, function: Callable[..., Any], notice: Callable[[str], object]) -> Mapping[str, Any]:
+        """Results of a function in each worker, by address.
+
+        Its error where it raises one; a TimeoutError where the worker is silent, another OSError where it has left.
+
+        Args:
+            function: can be pickled; Dask gives it the worker if it has a parameter `dask_worker`.
+            notice: called with the address of a silent worker.
+        """
+
+        async def answer(worker: str) -> Any:
+            try:
+                question: Any = self.client.run(function, workers=[worker], on_error="return")
+                answers = await asyncio.wait_for(question, _SILENT_SECONDS)
+            except OSError as error:
+                return error
+            return answers.get(worker, ConnectionError())
+
+        async def answers() -> list[Any]:
+            return await asyncio.gather(*map(answer, workers))
+
+        workers = list(self.threads())
+        client: Any = self.client
+        results: dict[str, Any] = dict(zip(workers, client.sync(answers), strict=True))
+        if silent := [worker for worker, result in results.items() if isinstance(result, TimeoutError)]:
+            more = f" and {len(silent) - 1:,} more" if len(silent) > 1 else ""
+            notice(
+                f"silent for {_SILENT_SECONDS:.0f} s: worker {silent[0]}{more}. Dask gives the tasks of silent workers "
+                "to others after its `worker-ttl`, 5 minutes unless the scheduler was started with another."
+            )
+        return results
+
+    def send_plugin(self, plugin: WorkerPlugin, name: str) -> None:
+        """Send a plugin to all workers; one that is silent, or comes later, gets it when it can.
+
+        Raises:
+            WorkerError: If the scheduler does not answer.
+        """
+        client: Any = self.client
+        content = {"plugin": dumps(plugin), "name": name, "idempotent": False}
+        for _ in range(_MAX_SENDINGS):
+            try:
+                client.sync(client.scheduler.register_worker_plugin, callback_timeout=_SILENT_SECONDS, **content)
+            except TimeoutError:
+                return
+            except OSError:  # of a worker that leaves, perhaps before the others have it
+                self.check()
+            else:
+                return
 
     def dashboard(self) -> str:
         """Address of the page of the scheduler; empty if it has none."""
@@ -89,9 +142,10 @@ class Connection:
             WorkerError: If the scheduler does not answer.
         """
         answers: Mapping[str, Any] = {}
-        while not answers:  # all may leave before they answer
+        while not answers:  # all may be silent, or leave before they answer; plugins ask those that do
             check_threads(self._workers(notice))
-            answers = self.from_workers(this_machine)
+            results = self.from_workers(this_machine, notice)
+            answers = {worker: result for worker, result in results.items() if not isinstance(result, OSError)}
         here, first = this_machine(), None
         for worker, machine in answers.items():
             if not isinstance(machine, Machine):

@@ -15,6 +15,7 @@ from distributed.worker import Worker
 
 from grammarlab.errors import UsageError
 from grammarlab.runs.work.machine import PINNED, Machine, this_machine
+from grammarlab.runs.work.run_folder import check_shared
 from grammarlab.runs.work.task_answers import answer, failure
 from grammarlab.runs.work.workers import one_thread, variables
 
@@ -30,10 +31,14 @@ class Work(WorkerPlugin):
         folder: current folder of the process that asks: that of tasks, on machines that have it.
         environment: variables during its tasks.
         machine: that of the worker that was asked first.
+        shared: folder of a run that the worker must see, if there is one.
     """
 
-    def __init__(self, work: bytes, folder: Path, environment: Mapping[str, str], machine: Machine) -> None:
-        self._work, self._folder, self._environment, self._machine = work, folder, dict(environment), machine
+    def __init__(
+        self, work: bytes, folder: Path, environment: Mapping[str, str], machine: Machine, shared: Path | None = None
+    ) -> None:
+        self._work, self._folder, self._environment = work, folder, dict(environment)
+        self._machine, self._shared = machine, shared
         self.active: set[str] = set()
         """Keys of the tasks that this worker is doing."""
 
@@ -46,8 +51,12 @@ class Work(WorkerPlugin):
         try:
             if difference := _machine().difference(self._machine):
                 return failure(UsageError(mixture(get_worker().address, difference)))
+            if self._shared is not None:
+                check_shared(self._shared)
             with variables(self._environment), one_thread(), _inside(self._folder):
                 return answer(self._work, task)
+        except UsageError as error:
+            return failure(error)
         finally:
             self.active.discard(key)
 

@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
+from pathlib import Path
 from typing import Self, TypeVar
 
 from grammarlab.runs.work.machine import Machine, this_machine
@@ -47,6 +48,14 @@ class AbstractExecutor(ABC):
     @abstractmethod
     def with_environment(self, values: Mapping[str, str]) -> Self:
         """The same with environment variables for its tasks; libraries may read them only when they are loaded."""
+
+    def in_folder(self, folder: Path) -> Self:  # processes of this machine see it
+        """The same for tasks that need the folder of a run (`grammarlab.runs.work.run_folder.only_run_in`).
+
+        Raises:
+            UsageError: In `run`, if a worker does not see the folder.
+        """
+        return self
 
     def machine(self) -> Machine:
         """Software and class of the processors that do the tasks."""

@@ -42,6 +42,17 @@ class AbstractStore(ABC):
         """
 
     @abstractmethod
+    def create(self, name: str, content: bytes) -> bool:
+        """Write a file that is not there; of several runs that do so at once, one succeeds where the place can tell.
+
+        Returns:
+            Whether it was written; otherwise there is one now.
+
+        Raises:
+            OSError: If the place does not take it.
+        """
+
+    @abstractmethod
     def read(self, name: str, most: int) -> bytes | None:
         """Content of a file of at most `most` bytes; None if there is none.
 
@@ -78,6 +89,10 @@ class FolderStore(AbstractStore):
         path.parent.mkdir(exist_ok=True)
         write_bytes(path, content)
 
+    def create(self, name: str, content: bytes) -> bool:
+        self.write(name, content)  # no other run is in the folder: `only_run`
+        return True
+
     def read(self, name: str, most: int) -> bytes | None:
         file = file_below(self.folder, name)
         return None if file is None else read_bounded(file, most)
@@ -102,7 +117,10 @@ class FolderStore(AbstractStore):
 
 @dataclass(frozen=True, slots=True)
 class UrlStore(AbstractStore):
-    """A folder of a store of objects. Two runs may write into it at once: equal runs write equal files."""
+    """A folder of a store of objects, which has no locks. Equal runs may write into it at once: they write equal files.
+
+    Another run finds the plan of the first one (`create`).
+    """
 
     url: str
     """``s3://bucket/folder`` or another URL that fsspec knows."""
@@ -122,6 +140,16 @@ class UrlStore(AbstractStore):
             system.makedirs(folder, exist_ok=True)
             system.pipe_file(part, content)
             system.mv(part, path)
+
+    def create(self, name: str, content: bytes) -> bool:
+        system, root = _opened(self.url)
+        try:
+            system.pipe_file(f"{root}/{name}", content, mode="create")
+        except FileExistsError:
+            return False
+        except Exception:  # a store that cannot tell, or does not take files at all, as the next line says
+            self.write(name, content)
+        return True
 
     def read(self, name: str, most: int) -> bytes | None:
         system, root = _opened(self.url)

@@ -70,6 +70,9 @@ def test_a_mistake_has_its_line_whatever_kind_it_is(tmp_path: Path):
         assert (mistake.line, mistake.column) == (line, column)
     with pytest.raises(GrammarlabError, match="no model"):
         bench(FindPart("", 0, False), report)
+    file.write_text('Lot --> i("absent.obj")')
+    absent: MadeModel = bench(MakeModel(Wanted()), report)
+    assert "--assets DIR" in absent.mistakes[0].hint
     # A save that removes an attribute leaves its value behind, and the next one is a model again.
     file.write_text("Lot --> extrude(3) comp(f) { all : Wall }")
     good: MadeModel = bench(MakeModel(Wanted(attributes=(("height", "9"),))), report)

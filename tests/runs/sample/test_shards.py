@@ -27,7 +27,7 @@ from grammarlab.runs.sample.shard_run import ShardRecord, sample_shards
 from grammarlab.runs.sample.species_models import SpeciesModels
 from grammarlab.runs.work.executors import AbstractExecutor
 from grammarlab.runs.work.machine import this_machine
-from grammarlab.runs.work.shard_store import FolderStore
+from grammarlab.runs.work.shard_store import FolderStore, UrlStore, store_at
 from grammarlab.trees.accepted_trees import accepted_rows, log_density
 from grammarlab.trees.parameters import COLUMNS
 
@@ -129,6 +129,8 @@ class Refusing(MemoryFileSystem):
     left: ClassVar[list[int]] = [0]
 
     def pipe_file(self, path: str, value: bytes, *options: Any, **named: Any) -> None:
+        if "mode" in named:
+            raise NotImplementedError
         if not self.left[0]:
             raise ConnectionResetError("the store does not answer")
         self.left[0] -= 1
@@ -157,6 +159,34 @@ def test_a_store_that_refuses_keeps_what_it_has(tmp_path: Path):
     assert stored_files() == files(tmp_path)
     with pytest.raises(UsageError, match="expected a folder or a URL that fsspec can open"):
         sample_shards(REQUEST, "nowhere://run")
+
+
+def test_of_two_runs_that_begin_at_once_in_a_store_one_is_refused(monkeypatch: pytest.MonkeyPatch):
+    sample_shards(REQUEST, "memory://begun", shard_models=5)
+    before = dict(MemoryFileSystem.store)
+    read, num_reads = UrlStore.read, 0
+
+    def late(store: UrlStore, name: str, most: int) -> bytes | None:
+        nonlocal num_reads
+        num_reads += 1
+        return None if num_reads == 1 else read(store, name, most)
+
+    monkeypatch.setattr(UrlStore, "read", late)
+    monkeypatch.setattr(UrlStore, "sizes", lambda *_: iter(()))
+    with pytest.raises(UsageError, match="memory://begun holds another run: seed was 3 and is 4"):
+        sample_shards(replace(REQUEST, seed=4), "memory://begun", shard_models=5)
+    assert MemoryFileSystem.store == before
+
+
+def test_a_run_whose_plan_is_replaced_meanwhile_is_not_complete():
+    def replace_plan(_what: str, done: int, _total: int) -> None:
+        if done == 10:
+            store_at("memory://replaced").write("run.json", other.to_text().encode())
+
+    other = ShardPlan(request=replace(REQUEST, seed=4), asset_files={}, machine=this_machine(), shard_models=5)
+    with pytest.raises(UsageError, match="memory://replaced holds another run: seed was 4 and is 3"):
+        sample_shards(REQUEST, "memory://replaced", shard_models=5, on_progress=replace_plan)
+    assert not MemoryFileSystem().exists("memory://replaced/index.parquet")
 
 
 @dataclass(frozen=True)

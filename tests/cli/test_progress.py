@@ -1,0 +1,68 @@
+"""Progress and clusters are the same for every command that has them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grammarlab.cli import progress
+from tests.cases import some
+from tests.cli.test_city import PLAN
+from tests.cli.test_city import RULES as BOXES
+from tests.runs.evaluate.test_samples import RULES, SCENARIO
+
+COMMANDS = {
+    "sample": ("sample", "boxes.cga", "-n", 2, "--no-image", "-o", "out"),
+    "sample --no-models": ("sample", "boxes.cga", "-n", 2, "--no-models", "-o", "out"),
+    "evaluate": ("evaluate", "boxes.toml", "--methods", "kde", "--seeds", 1, "--max-labels", 8, "-o", "out"),
+    "learn": ("learn", "boxes.cga", "--scenario", "boxes.toml", "--method", "parameters", "--samples", 64),
+    "label": ("label", "boxes.toml", "-n", 8, "--method", "kde"),
+    "city build": ("city", "build", "plan.toml", "-o", "out"),
+}
+
+
+@pytest.fixture
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The current folder, with what the commands read."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "boxes.cga").write_text(RULES)
+    (tmp_path / "boxes.toml").write_text(SCENARIO)
+    (tmp_path / "rules.cga").write_text(BOXES)
+    (tmp_path / "plan.toml").write_text(PLAN.replace('density = "zones.json"\n', ""))
+
+
+@pytest.mark.parametrize("command", some(list(COMMANDS)))
+@pytest.mark.usefixtures("files")
+def test_programs_read_progress_as_lines_of_stderr_and_one_object_on_stdout(run: Any, command: str):
+    result = run(*COMMANDS[command], "--json")
+    json.loads(result.stdout)
+    events = [json.loads(line) for line in result.stderr.splitlines() if line.startswith("{")]
+    assert {event["event"] for event in events} == {"progress"}
+    for event in events:
+        assert set(event) == {"event", "task", "done", "total", "per_second", "seconds_left"}
+    assert events[-1]["done"] == events[-1]["total"] > 0
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.usefixtures("files")
+def test_every_command_with_a_cluster_refuses_an_address_of_none(run: Any, command: str):
+    result = run(*COMMANDS[command], "--scheduler", "nowhere", code=2)
+    assert result.stderr.startswith("error: expected a Dask scheduler at 'nowhere', found none")
+    assert not Path("out").exists()
+
+
+def test_progress_is_shown_at_times_and_at_the_end_with_its_rate(monkeypatch: pytest.MonkeyPatch):
+    now, shown = 0.0, list[tuple[Any, ...]]()
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now)
+    pace = progress.Pace(1.0, lambda *values: shown.append(values))
+    for done in range(0, 41, 10):
+        pace("models", done + 60, 100)
+        now += 0.6
+    assert shown == [
+        ("models", 60, 100, 0.0, None),
+        ("models", 80, 100, pytest.approx(20 / 1.2), pytest.approx(1.2)),
+        ("models", 100, 100, pytest.approx(40 / 2.4), 0.0),
+    ]
