@@ -27,6 +27,7 @@ EXTRAS = {
     "distributed": "cluster",
     "dask": "cluster",
     "fsspec": "cluster",
+    "pxr": "usd",
     "anywidget": "notebook",
     "traitlets": "notebook",
 }

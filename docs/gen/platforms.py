@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "platforms.md"
 PYTHONS = ("3.11", "3.12", "3.13")
 CORE = "core"
-EXTRAS = ("learn", "score", "notebook", "scans", "solvers", "rivals", "city", "cluster", "gl")
+EXTRAS = ("learn", "score", "notebook", "scans", "solvers", "rivals", "city", "cluster", "usd", "gl")
 CARRIED = {"jax": "jaxlib", "laspy": "lazrs"}
 """Compiled parts of packages that are not compiled themselves; the part of jax has the versions of jax."""
 START, END = "<!-- the table: docs/gen/platforms.py -->", "<!-- end of the table -->"

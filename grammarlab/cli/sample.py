@@ -44,6 +44,9 @@ class FileFormat(StrEnum):
     glb = "glb"
     obj = "obj"
     ply = "ply"
+    usd = "usd"
+    stl = "stl"
+    three_mf = "3mf"
 
 
 class Instancing(StrEnum):
@@ -119,7 +122,9 @@ def sample(
     library: Annotated[
         Path | None, typer.Option("--library", help="Folder of further projects, such as ESRI.lib, to import from.")
     ] = None,
-    file_format: Annotated[FileFormat, typer.Option("--format", help="Format of the model files.")] = FileFormat.glb,
+    file_format: Annotated[
+        FileFormat, typer.Option("--format", help="Format of the model files; stl and 3mf are watertight solids.")
+    ] = FileFormat.glb,
     no_models: Annotated[
         bool,
         typer.Option(

@@ -13,14 +13,17 @@ from numpy.typing import NDArray
 
 from grammarlab.errors import UsageError, check_type
 from grammarlab.export.model_files import AbstractWriter, Output, whole_file
+from grammarlab.extras import require
 from grammarlab.scene import Scene, TriangleBatch, triangles
 from grammarlab.scene.instances import require_proper, scene_of_model
 from grammarlab.scene.layout import SceneLayout, around, grid, in_place, model_bounds
 from grammarlab.scene.pivots import PIVOTS, Pivot, at_pivot
 
-Format = Literal["glb", "obj", "ply"]
+Format = Literal["glb", "obj", "ply", "usd", "stl", "3mf"]
 Reuse = Literal["merged", "nodes", "instancing"]
 FORMATS: tuple[str, ...] = get_args(Format)
+HAVE_NODES = ("glb", "usd")
+"""Formats whose files have their places in the world in 64 bits, so that each file can count from its own model."""
 REUSES: tuple[str, ...] = get_args(Reuse)
 
 
@@ -70,7 +73,7 @@ def save(
     Args:
         scene: a scene with at least one model.
         path: the file; an OBJ puts its MTL and images beside it.
-        file_format: ``glb``, ``obj`` or ``ply``; by default from the suffix of `path`.
+        file_format: ``glb``, ``obj``, ``ply``, ``usd``, ``stl`` or ``3mf``; by default from the suffix of `path`.
         options: the options.
 
     Returns:
@@ -109,7 +112,7 @@ def save_together(
     Args:
         scenes: iterated twice; at least one model in all. The division of models into scenes has no effect.
         path: path of the file, see `save`.
-        file_format: ``glb``, ``obj`` or ``ply``.
+        file_format: one of `FORMATS`.
         options: the options.
         on_file: called with the path of every written file: libraries and images too.
 
@@ -139,7 +142,7 @@ def save_each(
     Args:
         scene: any number of models.
         folder: made if it does not exist.
-        file_format: ``glb``, ``obj`` or ``ply``.
+        file_format: one of `FORMATS`.
         options: the options.
         name: function from the number of a model to the file name without suffix.
         first_model: number of the first model.
@@ -220,7 +223,7 @@ def _layout(scenes: Iterable[tuple[Scene, TriangleBatch]], options: SaveOptions)
 
 def _layout_of_one(origin: NDArray[np.float64], file_format: str, options: SaveOptions) -> SceneLayout:
     """Layout of a file of one model with an origin [3] in the world."""
-    if options.origin is None or file_format == "glb" or options.pivot != "world":
+    if options.origin is None or file_format in HAVE_NODES or options.pivot != "world":
         return SceneLayout(origin, np.zeros((1, 3)))
     return around(np.array(options.origin), origin[None])
 
@@ -239,6 +242,19 @@ def _writer(
         from grammarlab.export.ply import PlyWriter  # noqa: PLC0415
 
         return PlyWriter(output, layout.origin, wide=layout.is_wide)
+    if file_format == "stl":
+        from grammarlab.export.stl import StlWriter  # noqa: PLC0415
+
+        return StlWriter(output, layout.origin)
+    if file_format == "3mf":
+        from grammarlab.export.threemf import ThreeMfWriter  # noqa: PLC0415
+
+        return ThreeMfWriter(output, layout.origin)
+    if file_format == "usd":
+        require("pxr")
+        from grammarlab.export.usd import UsdWriter  # noqa: PLC0415
+
+        return UsdWriter(output, target, layout.origin, options.assets)
     if file_format == "obj":
         from grammarlab.export.obj import ObjWriter  # noqa: PLC0415
 

@@ -91,7 +91,13 @@ def test_only_packages_of_extras_are_explained():
 
 def test_extras_install_what_is_said():
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    installed = {"jaxlib": "jax", "sklearn": "scikit-learn", "traitlets": "anywidget", "dask": "distributed"}
+    installed = {
+        "jaxlib": "jax",
+        "sklearn": "scikit-learn",
+        "traitlets": "anywidget",
+        "dask": "distributed",
+        "pxr": "usd-core",
+    }
     for package, extra in EXTRAS.items():
         names = [re.split(r"[>\[]", requirement)[0] for requirement in extras[extra]]
         assert installed.get(package, package) in names

@@ -13,6 +13,8 @@ from scipy.spatial.transform import Rotation
 
 DTYPES = {5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
+MESH_FORMATS = ("glb", "obj", "ply")
+"""Formats that have the triangles of a scene as they are."""
 INSTANCING = "EXT_mesh_gpu_instancing"
 
 

@@ -13,12 +13,12 @@ from trimesh.visual import ColorVisuals
 from trimesh.visual.material import SimpleMaterial
 
 from grammarlab.assets.srgb import linear_from_srgb, srgb_from_linear
-from grammarlab.export import FORMATS, SaveOptions, save, save_each
+from grammarlab.export import SaveOptions, save, save_each
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.triangulate import triangulate
 from grammarlab.scene import Scene, triangles
 from grammarlab.scene.layout import grid, model_bounds
-from tests.export.gltf import read_glb, world
+from tests.export.gltf import MESH_FORMATS, read_glb, world
 from tests.scene import brute_force
 from tests.scene.buildings import GLASS, LAMP, STEEL, house, materials, scene_of, street
 
@@ -40,7 +40,7 @@ def material_of(scene: Scene, name: str) -> int:
     return int(row)
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", MESH_FORMATS)
 def test_a_file_has_the_area_the_bounds_and_the_volume_of_its_scene(tmp_path, suffix):
     scene = scene_of([house()])
     mesh = read(save(scene, tmp_path / f"house.{suffix}"))
@@ -49,7 +49,7 @@ def test_a_file_has_the_area_the_bounds_and_the_volume_of_its_scene(tmp_path, su
     assert np.allclose(mesh.bounds, brute_force.bounds(scene, 0), atol=1e-4)
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", MESH_FORMATS)
 def test_every_file_holds_the_same_triangles_in_the_same_order(tmp_path, suffix):
     scene = street()
     batch = triangles(scene)
@@ -68,14 +68,14 @@ def test_every_file_holds_the_same_triangles_in_the_same_order(tmp_path, suffix)
     assert np.allclose(found, corners, atol=1e-4)
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", MESH_FORMATS)
 def test_normals_are_on_the_side_that_triangles_face(tmp_path, suffix):
     mesh = read(save(scene_of([house()]), tmp_path / f"house.{suffix}"))
     corner_normals = mesh.vertex_normals[mesh.faces]
     assert (np.einsum("tcj,tj->tc", corner_normals, mesh.face_normals) > 0.8).all()
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", MESH_FORMATS)
 def test_models_in_one_file_do_not_touch(tmp_path, suffix):
     batch = triangles(street())
     low, high = model_bounds(batch)
@@ -157,7 +157,7 @@ def test_positions_in_an_obj_are_exact(tmp_path):
     assert np.array_equal(text_of(path, "vn").astype(np.float32), triangles(scene).normals)
 
 
-@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("suffix", MESH_FORMATS)
 def test_names_with_spaces_and_accents_are_kept(tmp_path, suffix):
     scene = scene_of([house()])
     paths = save_each(scene, tmp_path / "Häuser am See", suffix, name="Haus Nº {}".format, first_model=7)

@@ -14,18 +14,19 @@ import trimesh
 from grammarlab.assets.mesh_files import AssetFolder, load_asset, read_parts
 from grammarlab.derivation import derive
 from grammarlab.errors import GrammarlabError
-from grammarlab.export import FORMATS, REUSES, SaveOptions, save, save_each, save_together
+from grammarlab.export import REUSES, SaveOptions, save, save_each, save_together
 from grammarlab.geometry.meshes.triangulate import triangulate
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from grammarlab.scene import realize, triangles
 from grammarlab.scene.layout import grid, model_bounds
+from tests.export.gltf import MESH_FORMATS
 
 GRAMMARS = Path(__file__).parents[2] / "grammars"
 ASSETS = AssetFolder(GRAMMARS / "assets")
 
 
-FORMS = [(suffix, reuse) for suffix in FORMATS for reuse in (REUSES if suffix == "glb" else ("merged",))]
+FORMS = [(suffix, reuse) for suffix in MESH_FORMATS for reuse in (REUSES if suffix == "glb" else ("merged",))]
 """Every form of a file: the format, and how GLB shares meshes."""
 
 

@@ -15,10 +15,10 @@ from PIL import Image
 
 from grammarlab.derivation import derive
 from grammarlab.errors import UsageError
-from grammarlab.export import FORMATS, REUSES, SaveOptions, gltf_document, model_files, save, save_together
+from grammarlab.export import REUSES, SaveOptions, gltf_document, model_files, save, save_together
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import Scene, realize
-from tests.export.gltf import DTYPES, WIDTHS, Glb, read_glb, world
+from tests.export.gltf import DTYPES, MESH_FORMATS, WIDTHS, Glb, read_glb, world
 
 VILLAGE = """
 attr width = rand(4, 9)
@@ -29,7 +29,7 @@ Wall --> color(1, kind / 4, 0) texture("wall.png") setupProjection(0, scope.xy, 
 Roof --> 50%: roofGable(30) Tiles else: color(0, 0, kind / 3) primitiveCylinder(9, 1, 2) Tiles
 Plain --> split(y) { 0.5 : color("#333333") Tile | ~1 : Tile }*
 """
-WAYS: list[tuple[Any, Any]] = [(suffix, "merged") for suffix in FORMATS] + [("glb", reuse) for reuse in REUSES[1:]]
+WAYS: list[tuple[Any, Any]] = [(suffix, "merged") for suffix in MESH_FORMATS] + [("glb", reuse) for reuse in REUSES[1:]]
 CUTS = [(0, 7), (0, 1, 2, 3, 4, 5, 6, 7), (0, 3, 7), (0, 0, 6, 7, 7)]
 
 

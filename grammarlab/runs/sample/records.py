@@ -17,7 +17,7 @@ from grammarlab.derivation.forest import MissingAsset
 from grammarlab.derivation.program import Program
 from grammarlab.errors import Finding, Location
 from grammarlab.export import SaveOptions, save_each, save_together
-from grammarlab.export.save import Reuse
+from grammarlab.export.save import HAVE_NODES, Reuse
 from grammarlab.files import file_below, file_hash, sync_files
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.checks import grammar_to_run
@@ -319,7 +319,11 @@ def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArr
         request: the request.
         origins: [N, 3] origins of the models themselves.
     """
-    shared = request.is_in_place if request.single_file else request.file_format != "glb" and request.pivot == "world"
+    shared = (
+        request.is_in_place
+        if request.single_file
+        else request.file_format not in HAVE_NODES and request.pivot == "world"
+    )
     return origins if request.origin is None or not shared else np.broadcast_to(request.origin, origins.shape)
 
 

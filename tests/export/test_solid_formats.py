@@ -1,0 +1,139 @@
+"""STL and 3MF files of watertight solids, and USD files with instances, read back by other libraries."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from grammarlab.derivation.derive import derive
+from grammarlab.export import SaveOptions, save
+from grammarlab.export.printable_solids import solid_of
+from grammarlab.language.grammar import Grammar
+from grammarlab.scene import realize
+from tests.export.gltf import read_glb, world
+
+RULES = """
+Lot --> extrude(6) comp(f) { top : Roof | bottom : Floor | side : Facade }
+Facade --> split(x) { ~1 : Wall | 2 : color("#a0c4d8") extrude(0.3) Window | ~1 : color("#803020") Wall }
+"""
+FAR = np.array([[2683000.0, 0, -1247000], [2683012, 0, -1247000], [2683012, 0, -1247008], [2683000, 0, -1247008]])
+
+
+def scene(rules: str = RULES, **options):
+    return realize(derive(Grammar.parse(rules), 2, 1, **options))
+
+
+def test_a_house_of_walls_without_thickness_is_one_filled_solid(tmp_path):
+    solid = solid_of(realize(derive(Grammar.parse(RULES), 1, 1)))
+    mesh = trimesh.Trimesh(solid.points, solid.triangles, process=False)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(20 * 20 * 6 + 4 * 2 * 6 * 0.3, rel=2e-4)
+    read: Any = trimesh.load_mesh(save(scene(), tmp_path / "house.stl"))
+    assert read.is_watertight
+    assert read.volume == pytest.approx(2 * mesh.volume, rel=1e-4)
+    assert np.allclose(read.bounds[:, 2], [0, 6], atol=1e-3)
+
+
+def test_an_open_shell_has_walls_and_stays_hollow():
+    solid = solid_of(realize(derive(Grammar.parse("Lot --> extrude(6) comp(f) { side : Wall | top : Roof }"), 1, 1)))
+    mesh = trimesh.Trimesh(solid.points, solid.triangles, process=False)
+    assert mesh.is_watertight
+    assert mesh.volume == pytest.approx(20 * 20 * 6 - 19.6 * 19.6 * 5.8, rel=5e-3)
+
+
+def test_a_3mf_is_valid_and_has_the_places_colours_and_names_of_its_models(tmp_path):
+    lib3mf = pytest.importorskip("lib3mf")
+    model = lib3mf.get_wrapper().CreateModel()
+    reader = model.QueryReader("3mf")
+    reader.SetStrictModeActive(True)
+    path = save(scene(), tmp_path / "houses.3mf")
+    reader.ReadFromFile(str(path))
+    objects = model.GetMeshObjects()
+    names = []
+    while objects.MoveNext():
+        shape = objects.GetCurrentMeshObject()
+        names.append(shape.GetName())
+        assert shape.IsManifoldAndOriented()
+    assert names == ["model_0", "model_1"]
+    groups = model.GetBaseMaterialGroups()
+    groups.MoveNext()
+    group = groups.GetCurrentBaseMaterialGroup()
+    ids = group.GetAllPropertyIDs()
+    assert {group.GetName(number) for number in ids} == {"color_803020", "color_a0c4d8", "color_ffffff"}
+    assert (model.GetBuildItems().Count(), reader.GetWarningCount(), str(model.GetUnit())) == (2, 0, "5")
+    assert path.read_bytes() == save(scene(), tmp_path / "again.3mf").read_bytes()
+
+
+def test_solids_far_from_the_origin_say_where_they_are_to_a_millimetre(tmp_path):
+    far, options = scene(footprint=FAR), SaveOptions(in_place=True)
+    expected = np.array([[2682999.7, 1246999.7, 0], [2683012.3, 1247008.3, 6]])
+    path = save(far, tmp_path / "far.stl", options=options)
+    mesh: Any = trimesh.load_mesh(path)
+    assert np.abs(mesh.bounds + numbers("origin (.*)", path.read_bytes()[:80].decode()) - expected).max() < 1e-3
+    with ZipFile(save(far, tmp_path / "far.3mf", options=options)) as package:
+        text = package.read("3D/3dmodel.model").decode()
+    points = np.array(re.findall('<vertex x="(.*?)" y="(.*?)" z="(.*?)"', text), dtype=float)
+    place = numbers('transform="1 0 0 0 1 0 0 0 1 (.*?)"', text) + numbers("origin (.*?) metres", text)
+    assert np.abs(points.min(axis=0) + place - expected[0]).max() < 1e-3
+
+
+def numbers(pattern: str, text: str) -> np.ndarray:
+    found = re.search(pattern, text)
+    assert found is not None
+    return np.array(found[1].split(), dtype=float)
+
+
+def test_a_stage_shows_the_triangles_of_a_glb_at_their_places_to_a_millimetre(tmp_path):
+    usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
+    far = scene(footprint=FAR)
+    options = SaveOptions(in_place=True)
+    stage = usd.Stage.Open(str(save(far, tmp_path / "far houses.usd", options=options)))
+    assert (geometry.GetStageUpAxis(stage), geometry.GetStageMetersPerUnit(stage)) == ("Y", 1.0)
+    cache, corners = geometry.XformCache(), []
+    for prim in stage.Traverse(usd.TraverseInstanceProxies()):
+        if prim.IsA(geometry.Mesh):
+            mesh = geometry.Mesh(prim)
+            points, rows = np.array(mesh.GetPointsAttr().Get()), np.array(mesh.GetFaceVertexIndicesAttr().Get())
+            assert np.allclose(mesh.GetExtentAttr().Get(), [points.min(axis=0), points.max(axis=0)])
+            matrix = np.array(cache.GetLocalToWorldTransform(prim))
+            corners.append((points @ matrix[:3, :3] + matrix[3, :3])[rows].reshape(-1, 3, 3))
+    shown = np.concatenate(corners)
+    wanted = world(read_glb(save(far, tmp_path / "far.glb", options=options))).corners
+    middles = [np.array(sorted(np.round(part.mean(axis=1), 3).tolist())) for part in (shown, wanted)]
+    assert np.abs(middles[0] - middles[1]).max() < 1e-3
+
+
+def test_a_stage_has_kinds_names_materials_and_instances(tmp_path):
+    usd, shade = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdShade")
+    (tmp_path / "assets").mkdir()
+    Image.new("RGB", (8, 8), (200, 100, 50)).save(tmp_path / "assets" / "brick.png")
+    rules = RULES.replace("Lot -->", 'attr floors = 2\nLot --> report("area", 5) ') + (
+        'Roof --> setupProjection(0, scope.xy, 2, 2) texture("brick.png") projectUV(0) Tiles\n'
+    )
+    houses = scene(rules, assets=tmp_path / "assets")
+    path = save(houses, tmp_path / "two houses.usd", options=SaveOptions(assets=tmp_path / "assets"))
+    stage = usd.Stage.Open(str(path))
+    kinds = {str(prim.GetPath()): usd.ModelAPI(prim).GetKind() for prim in stage.Traverse()}
+    assert (kinds["/World"], kinds["/World/model_0"]) == ("assembly", "component")
+    assert kinds["/World/model_1/Wall_color_803020"] == "subcomponent"
+    model = stage.GetPrimAtPath("/World/model_0")
+    assert model.GetCustomDataByKey("attributes") == {"floors": 2.0}
+    assert model.GetCustomDataByKey("reports") == {"area": 5.0}
+    windows = stage.GetPrimAtPath("/World/model_0/Window")
+    assert windows.GetCustomDataByKey("line") == 4
+    assert len(windows.GetChildren()) == 4
+    assert all(prim.IsInstance() for prim in windows.GetChildren())
+    assert len({prim.GetPrototype() for prim in stage.Traverse() if prim.IsInstance()}) <= 6
+    tiles = stage.GetPrimAtPath("/World/model_0/Tiles")
+    material, _ = shade.MaterialBindingAPI(tiles).ComputeBoundMaterial()
+    assert material.GetPath().name == "brick"
+    texture = shade.Shader(stage.GetPrimAtPath(f"{material.GetPath()}/Texture")).GetInput("file").Get()
+    assert Path(texture.resolvedPath).read_bytes() == (tmp_path / "assets" / "brick.png").read_bytes()
+    assert path.read_bytes() == save(houses, path, options=SaveOptions(assets=tmp_path / "assets")).read_bytes()
