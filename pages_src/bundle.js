@@ -55,5 +55,6 @@ await page("layers", ["shared", "stage"]);
 await page("example", ["shared"]);
 await page("scan", ["shared"]);
 await page("watch", ["shared"]);
+await page("view", ["shared", "viewer"], minified);
 await page("city", ["shared"], minified);
 await bundle("viewer/viewer.js", `${STATIC}/scoring/viewer.js`, ["viewer"], minified);

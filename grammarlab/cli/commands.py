@@ -21,6 +21,7 @@ _COMMANDS = {
     "label": "label:label",
     "score": "score:score",
     "watch": "watch:watch",
+    "view": "view:view",
     "learn": "learn:learn",
     "compare": "compare:compare",
     "evaluate": "evaluate:evaluate",

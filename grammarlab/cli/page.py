@@ -40,10 +40,14 @@ def page_opener(note: str, *, browser: bool) -> Iterator[Callable[[str], None]]:
             except OSError as error:
                 say(f"the browser was not started ({error}); open the address above")
                 return
-            # On a thread of its own, since some browsers are waited for until they end.
-            Thread(target=_open, args=(file,), daemon=True).start()
+            open_file(file)
 
         yield announce
+
+
+def open_file(file: Path) -> None:
+    """Open a file in the browser, on a thread of its own, since some browsers are waited for until they end."""
+    Thread(target=_open, args=(file,), daemon=True).start()
 
 
 def _open(file: Path) -> None:

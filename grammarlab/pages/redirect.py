@@ -39,10 +39,21 @@ def redirect(address: str) -> Iterator[Path]:
     Raises:
         OSError: If the file cannot be written.
     """
+    with private_page(_CONTENT.format(address=html.escape(address))) as file:
+        yield file
+
+
+@contextmanager
+def private_page(content: str) -> Iterator[Path]:
+    """A file with a page, of mode 0600, where the browser may read it, until the context ends.
+
+    Raises:
+        OSError: If the file cannot be written.
+    """
     handle, name = tempfile.mkstemp(prefix="grammarlab-", suffix=".html", dir=_folder())
     os.close(handle)
     try:
-        Path(name).write_text(_CONTENT.format(address=html.escape(address)), encoding="utf-8")
+        Path(name).write_text(content, encoding="utf-8")
         yield Path(name)
     finally:
         Path(name).unlink(missing_ok=True)

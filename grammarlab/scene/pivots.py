@@ -6,7 +6,6 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from grammarlab.scene.instance_bounds import scene_bounds
 from grammarlab.scene.instances import Scene, moved
 
 Pivot = Literal["footprint", "centre", "world"]
@@ -25,6 +24,8 @@ def at_pivot(scene: Scene, pivot: Pivot) -> Scene:
     """
     if pivot == "world" or len(scene) == 0:
         return scene
+    from grammarlab.scene.instance_bounds import scene_bounds  # noqa: PLC0415  # most runs do without
+
     low, high = scene_bounds(scene)
     places = (low + high) / 2.0
     if pivot == "footprint":

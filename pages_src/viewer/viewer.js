@@ -12,6 +12,7 @@ import {
   HemisphereLight,
   Mesh,
   MeshBasicMaterial,
+  MeshLambertMaterial,
   PCFShadowMap,
   PerspectiveCamera,
   Raycaster,
@@ -26,6 +27,8 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
+/** @typedef {{ theta: number, phi: number, share: number }} Pose angles in radians, and the distance as a share of that from which the whole model is seen */
+
 /** First position of the camera relative to the model: as in the thumbnails. */
 const BEGIN = new Vector3(0.8, 0.55, 1);
 const SUN = new Vector3(-0.45, 1, 0.6);
@@ -36,10 +39,11 @@ const STEADY = 6;
  * A view that draws onto a canvas, only after a movement.
  *
  * @param {HTMLCanvasElement} canvas
- * @param {{ damping?: boolean, picked?: (triangle: number | null) => void }} [options] damping: let a movement run out
- *   softly (default: yes); picked: gets the clicked triangle of the model, counted through its file
+ * @param {{ damping?: boolean, picked?: (triangle: number | null) => void, named?: (symbol: string) => void, moved?: (pose: Pose) => void }} [options]
+ *   damping: let a movement run out softly (default: yes); picked: gets the clicked triangle of the model, counted through
+ *   its file; named: gets the symbol of the clicked part, if the file names parts; moved: gets every view
  */
-export function show(canvas, { damping = true, picked = () => {} } = {}) {
+export function show(canvas, { damping = true, picked = () => {}, named = () => {}, moved = () => {} } = {}) {
   const renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
   renderer.toneMapping = ACESFilmicToneMapping;
   renderer.shadowMap.enabled = true;
@@ -59,9 +63,13 @@ export function show(canvas, { damping = true, picked = () => {} } = {}) {
   const controls = new OrbitControls(camera, canvas);
   controls.enableDamping = damping;
   controls.dampingFactor = 0.12;
-  controls.addEventListener("change", draw);
+  controls.addEventListener("change", () => {
+    draw();
+    moved(pose());
+  });
 
   const marked = new Mesh(new BufferGeometry(), new MeshBasicMaterial({ color: 0x00a37f, transparent: true }));
+  const green = new MeshLambertMaterial({ color: 0x00a37f, side: DoubleSide });
   Object.assign(marked.material, { opacity: 0.6, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -2 });
 
   /** @type {import("three").Object3D | null} */
@@ -70,6 +78,9 @@ export function show(canvas, { damping = true, picked = () => {} } = {}) {
   let pressed = null;
   let frame = 0;
   let loads = 0;
+  let whole = 1; // distance from which the whole model is seen
+  /** @type {Map<Mesh, Mesh["material"]>} materials of the parts that are marked by name */
+  const own = new Map();
 
   function draw() {
     frame ||= requestAnimationFrame(() => {
@@ -96,6 +107,7 @@ export function show(canvas, { damping = true, picked = () => {} } = {}) {
     const { center, radius } = box.getBoundingSphere(new Sphere());
     const narrow = Math.min(camera.aspect, 1);
     const distance = radius / Math.sin((camera.fov * Math.PI) / 360) / narrow;
+    whole = distance;
     controls.target.copy(center);
     camera.position.copy(BEGIN).setLength(distance).add(center);
     camera.near = radius / 100;
@@ -122,21 +134,41 @@ export function show(canvas, { damping = true, picked = () => {} } = {}) {
     draw();
   }
 
+  /** Where the camera is, whatever the size of the model. @returns {Pose} */
+  function pose() {
+    const { theta, phi, radius } = new Spherical().setFromVector3(camera.position.clone().sub(controls.target));
+    return { theta, phi, share: radius / whole };
+  }
+
+  /** Looks at the model as another view does. @param {Pose} pose */
+  function take({ theta, phi, share }) {
+    camera.position.setFromSphericalCoords(share * whole, phi, theta).add(controls.target);
+    draw();
+  }
+
   canvas.addEventListener("pointerdown", (event) => {
     pressed = event.isPrimary && event.button === 0 ? new Vector2(event.clientX, event.clientY) : null;
   });
   canvas.addEventListener("pointerup", (event) => {
     const isClick = pressed && pressed.distanceTo(new Vector2(event.clientX, event.clientY)) < STEADY;
     pressed = null;
-    if (isClick) picked(triangleAt(event.offsetX, event.offsetY));
+    if (!isClick) return;
+    picked(triangleAt(event.offsetX, event.offsetY));
+    const symbol = symbolOf(hitAt(event.offsetX, event.offsetY)?.object);
+    if (symbol) named(symbol);
   });
 
-  /** The triangle of the model that is seen at a pixel. @param {number} x @param {number} y */
-  function triangleAt(x, y) {
+  /** What is seen at a pixel. @param {number} x @param {number} y */
+  function hitAt(x, y) {
     const place = new Vector2((2 * x) / canvas.clientWidth - 1, 1 - (2 * y) / canvas.clientHeight);
     const ray = new Raycaster();
     ray.setFromCamera(place, camera);
-    const hit = model && ray.intersectObject(model)[0];
+    return model && ray.intersectObject(model)[0];
+  }
+
+  /** The triangle of the model that is seen at a pixel. @param {number} x @param {number} y */
+  function triangleAt(x, y) {
+    const hit = hitAt(x, y);
     if (!hit) return null;
     return (firsts().get(hit.object) ?? 0) + (hit.faceIndex ?? 0);
   }
@@ -174,6 +206,18 @@ export function show(canvas, { damping = true, picked = () => {} } = {}) {
         scene.add(marked);
       }
     }
+    draw();
+  }
+
+  /** Colours the parts of a symbol; none for an empty one. @param {string} symbol */
+  function markNamed(symbol) {
+    for (const [part, material] of own) part.material = material;
+    own.clear();
+    model?.traverse((part) => {
+      if (!symbol || !(part instanceof Mesh) || symbolOf(part) !== symbol) return;
+      own.set(part, part.material);
+      part.material = green;
+    });
     draw();
   }
 
@@ -220,9 +264,17 @@ export function show(canvas, { damping = true, picked = () => {} } = {}) {
   function clear() {
     if (!model) return;
     mark(null);
+    markNamed("");
     scene.remove(model);
     discard(model);
     model = null;
+  }
+
+  /** Shows nothing. */
+  function empty() {
+    loads += 1;
+    clear();
+    draw();
   }
 
   function dispose() {
@@ -230,11 +282,17 @@ export function show(canvas, { damping = true, picked = () => {} } = {}) {
     cancelAnimationFrame(frame);
     clear();
     marked.material.dispose();
+    green.dispose();
     controls.dispose();
     renderer.dispose();
   }
 
-  return { load, resize, reset, move, mark, dispose };
+  return { load, clear: empty, resize, reset, move, pose, take, mark, markNamed, dispose };
+}
+
+/** The symbol of a part, from its file: of the part, or of the node around its primitives. @param {import("three").Object3D | null | undefined} part */
+function symbolOf(part) {
+  return String(part?.userData.symbol ?? part?.parent?.userData.symbol ?? "");
 }
 
 /** @param {BufferGeometry} geometry */

@@ -115,7 +115,7 @@ def opened(windows: Any) -> Any:
 
 def is_local(url: str) -> bool:
     """Whether a request stays on this machine."""
-    return url.startswith(("http://127.0.0.1:", "blob:http://127.0.0.1:", "data:"))
+    return url.startswith(("http://127.0.0.1:", "blob:http://127.0.0.1:", "data:", "file:", "blob:null/"))
 
 
 @pytest.fixture

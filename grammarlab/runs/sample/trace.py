@@ -35,7 +35,7 @@ class DerivationTrace:
     name: str
     """Name of the grammar."""
     forest: Forest
-    """The model alone."""
+    """The model, first if there are several."""
     numbering: Numbering
     own_lines: int
     """Number of lines of the rule file; later lines are imported."""
@@ -47,6 +47,23 @@ class DerivationTrace:
     """Rows of the visible shapes of each node."""
     remarks: tuple[Remark, ...] = ()
     """What is left out of the footprint."""
+
+
+@dataclass(frozen=True, slots=True)
+class TreeRow:
+    """One row of a derivation tree, in the order in which a tree is read."""
+
+    depth: int
+    symbol: str
+    """Symbol; empty for shapes that are not listed, which `note` counts."""
+    note: str
+    """Number of equal shapes, or of those left out; often empty."""
+    made_at: Location | None
+    """Place of the successor that made the shape; None for the initial shape."""
+    rule_at: Location | None
+    """Place of the branch of the rule that rewrote it; None for a leaf."""
+    details: tuple[str, ...]
+    """Draws, and the size of a visible shape, in words."""
 
 
 def trace_model(
@@ -87,14 +104,22 @@ def trace_model(
     acceptance, folder = Acceptance.of(rules.tree), AssetFolder(source.assets)
     lots = Lots.at(seed, model, polygon, values, start_rule or None)
     forest = derive_accepted(program, acceptance, lots, folder).forest
+    own_lines = len(read_text(source.path).splitlines())
+    return trace_of(forest, number_grammar(rules), source.name, own_lines, remarks)
+
+
+def trace_of(
+    forest: Forest, numbering: Numbering, name: str, own_lines: int, remarks: tuple[Remark, ...] = ()
+) -> DerivationTrace:
+    """The models of a forest with the tables of their trees; see `DerivationTrace`."""
     nodes = forest.nodes
     order = np.lexsort((nodes.repeat, nodes.child, nodes.parent))
     children = _by_node(nodes.parent[order], order)
     return DerivationTrace(
-        name=source.name,
+        name=name,
         forest=forest,
-        numbering=number_grammar(rules),
-        own_lines=len(read_text(source.path).splitlines()),
+        numbering=numbering,
+        own_lines=own_lines,
         children=tuple(children.get(node, ()) for node in range(len(nodes))),
         draws=_by_node(forest.draws.node),
         leaves=_by_node(forest.leaves.node),
@@ -144,14 +169,31 @@ def as_lines(trace: DerivationTrace, everything: bool = False) -> Iterator[str]:
     if any(branch.location.line > trace.own_lines for branch in trace.numbering.branches):
         yield f"places after line {trace.own_lines} are those of imported rules, as they follow the rule file's own"
     yield "   made at   rule at  symbol"
-    forms = () if everything else _forms(trace)
-    waiting: list[tuple[int, int, str]] = [(0, 0, "")]
+    for row in tree_rows(trace, everything):
+        yield _line(row) if row.symbol else f"{'':21}{'  ' * row.depth}{row.note}; --all lists them"
+
+
+def tree_rows(
+    trace: DerivationTrace, everything: bool = False, root: int = 0, forms: Sequence[int] | None = None
+) -> Iterator[TreeRow]:
+    """The rows of the tree of one model.
+
+    Args:
+        trace: the model, or several.
+        everything: whether equal shapes of one successor are listed one by one.
+        root: node of the initial shape of the model.
+        forms: ``forms_of(trace)``, for the trees of several models.
+    """
+    forms = () if everything else forms_of(trace) if forms is None else forms
+    waiting: list[tuple[int, int, str]] = [(root, 0, "")]
     while waiting:
         node, depth, note = waiting.pop()
-        yield _line(trace, node, depth, note) if node >= 0 else f"{'':21}{'  ' * depth}{note}"
-        if node >= 0:
-            below = _all(trace, node) if everything else _shortened(trace, node, forms)
-            waiting += reversed([(child, depth + 1, note) for child, note in below])
+        if node < 0:
+            yield TreeRow(depth, "", note, None, None, ())
+            continue
+        yield _row(trace, node, depth, note)
+        below = _all(trace, node) if everything else _shortened(trace, node, forms)
+        waiting += reversed([(child, depth + 1, note) for child, note in below])
 
 
 def _all(trace: DerivationTrace, node: int) -> list[tuple[int, str]]:
@@ -171,11 +213,11 @@ def _shortened(trace: DerivationTrace, node: int, forms: Sequence[int]) -> list[
         num_hidden = sum(map(len, groups[MAX_FORMS:]))
         if num_hidden:
             symbol = trace.forest.symbols[nodes.symbol[groups[0][0]]]
-            listed.append((-1, f"… {num_hidden:,} more {symbol}, each derived otherwise; --all lists them"))
+            listed.append((-1, f"… {num_hidden:,} more {symbol}, each derived otherwise"))
     return listed
 
 
-def _forms(trace: DerivationTrace) -> list[int]:
+def forms_of(trace: DerivationTrace) -> list[int]:
     """Class of each node; equal if the same branches were taken below it."""
     nodes = trace.forest.nodes
     classes: dict[object, int] = {}
@@ -194,16 +236,21 @@ def _depth_first(trace: DerivationTrace) -> Iterator[tuple[int, int]]:
         waiting += reversed([(child, depth + 1) for child in trace.children[node]])
 
 
-def _line(trace: DerivationTrace, node: int, depth: int, note: str) -> str:
+def _row(trace: DerivationTrace, node: int, depth: int, note: str) -> TreeRow:
     origin = origin_of(trace.forest, trace.numbering, node)
-    made_at, rule = (
-        f"{location.line}:{location.column}" if location else "-" for location in (origin.made_at, origin.rule_at)
-    )
     sizes = [trace.forest.leaves.size[leaf].tolist() for leaf in trace.leaves.get(node, ())]
     size_texts = [" x ".join(f"{extent:.2f}" for extent in size) + " m" for size in sizes[:1]]
     size_texts += [f"and {len(sizes) - 1} more"] if len(sizes) > 1 else []
     drawn = [_drawn(site, value) for site, value, _ in _draws(trace, node)]
-    return "  ".join([f"{made_at:>10}{rule:>10} ", "  " * depth + origin.symbol + note, *drawn, *size_texts]).rstrip()
+    return TreeRow(depth, origin.symbol, note, origin.made_at, origin.rule_at, (*drawn, *size_texts))
+
+
+def _line(row: TreeRow) -> str:
+    made_at, rule = (
+        f"{location.line}:{location.column}" if location else "-" for location in (row.made_at, row.rule_at)
+    )
+    start = f"{made_at:>10}{rule:>10} "
+    return "  ".join([start, "  " * row.depth + row.symbol + row.note, *row.details]).rstrip()
 
 
 def _drawn(site: Site, value: float) -> str:

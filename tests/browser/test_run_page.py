@@ -1,0 +1,82 @@
+"""The page of runs: models turn, trees are walked, two runs stand side by side, and one file has all of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from grammarlab.errors import AssetError
+from grammarlab.pages.run_page import run_page
+from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.run import sample_run
+
+RULES = """
+Lot --> extrude(rand(6, 9)) report("</script>", scope.sy) comp(f) { top : Roof | side : Facade }
+Facade --> split(x) { ~1 : Wall | 2 : color("#a0c4d8") Window | ~1 : Wall }
+"""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folders = [tmp_path_factory.mktemp("runs") / name for name in ("one", "other")]
+    for seed, folder in enumerate(folders):
+        request = SampleRequest(name="house", text=RULES, assets=Path(), num_models=3, seed=seed, image=False)
+        sample_run(request, folder)
+    return folders
+
+
+def test_two_runs_are_walked_with_mouse_and_keys(windows: Any, runs: list[Path], tmp_path: Path):
+    file = tmp_path / "runs.html"
+    file.write_text(run_page(runs).content, encoding="utf-8")
+    page = windows(file.as_uri(), size=(1000, 640), reduced_motion="reduce")
+    first, second = page.locator("canvas").all()
+    expect(second).to_have_attribute("data-shown", "0")
+    before = first.screenshot(), second.screenshot()
+    # Both turn when one is turned.
+    first.focus()
+    page.keyboard.press("Shift+ArrowLeft")
+    expect_change(first, before[0])
+    expect_change(second, before[1])
+    # A row of the tree colours the shapes of its symbol; keys open and close it.
+    tree = page.get_by_role("tree").first
+    before = first.screenshot(), second.screenshot()
+    tree.get_by_role("treeitem").filter(has_text="Window").first.click()
+    expect(page.get_by_role("status").filter(has_text="Window: shown in green")).to_have_count(1)
+    expect_change(first, before[0])
+    page.keyboard.press("ArrowLeft")
+    expect(tree.locator("[aria-selected=true]")).to_contain_text("Facade")
+    page.keyboard.press("ArrowLeft")
+    expect(tree.locator("[aria-selected=true]")).to_have_attribute("aria-expanded", "false")
+    # A click on a part finds its row.
+    box = first.bounding_box()
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    expect(tree.locator("[aria-selected=true]")).to_contain_text("Roof")
+    page.keyboard.press("n")
+    expect(second).to_have_attribute("data-shown", "1")
+    page.get_by_role("combobox", name="Model").select_option("2")
+    expect(first).to_have_attribute("data-shown", "2")
+    expect(page.get_by_text("</script>").first).to_be_visible()
+    page.keyboard.press("t")
+    expect(page.get_by_role("button", name="Turn")).to_have_attribute("aria-pressed", "true")
+    page.set_viewport_size({"width": 400, "height": 700})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 400
+
+
+def test_a_page_has_a_largest_size_and_says_what_is_left_out(runs: list[Path]):
+    whole = run_page(runs[:1])
+    assert whole.left_out == (0,)
+    assert whole.content.count("</script>") == 2
+    assert run_page(runs[:1], 3500).left_out in ((1,), (2,))
+    with pytest.raises(AssetError, match="no finished model"):
+        run_page(runs[:1], 10)
+
+
+def expect_change(canvas: Any, before: bytes) -> None:
+    for _ in range(50):
+        if canvas.screenshot() != before:
+            return
+        canvas.page.wait_for_timeout(50)
+    raise AssertionError("the picture has not changed")
