@@ -52,8 +52,8 @@ def belief(gain: float, num_scores: int) -> float:
     return 1.0 / (1.0 + odds * float(np.exp(-np.clip(gain, -100.0, 100.0))))
 
 
-def believed(share: float, process: float, cells: float) -> tuple[float, float]:
-    """Share of the process in what is explained, and the share that is not.
+def believed(share: float, process: float, cells: float) -> tuple[float, float, float]:
+    """Share of the process in what is explained, the share that is not, and what of the first it has from cells.
 
     These are expectations if each part is right or wrong on its own: a part that is wrong hands its share to the other.
 
@@ -63,14 +63,15 @@ def believed(share: float, process: float, cells: float) -> tuple[float, float]:
         cells: belief in the cells, 0 to 1.
 
     >>> believed(0.25, 1.0, 1.0), believed(0.25, 0.0, 1.0), believed(0.25, 0.0, 0.0)
-    ((0.25, 0.0), (0.0, 0.0), (0.25, 1.0))
+    ((0.25, 0.0, 0.0), (0.0, 0.0, 0.0), (0.25, 1.0, 0.0))
     """
-    by_process = process * (share + (1.0 - share) * (1.0 - cells))
+    handed = process * (1.0 - share) * (1.0 - cells)
+    by_process = process * share + handed
     by_cells = cells * (1.0 - share + share * (1.0 - process))
     explained = by_process + by_cells
-    in_explained = by_process / explained if explained > 0.0 else share
     unexplained = (1.0 - process) * (1.0 - cells)
-    return in_explained, unexplained if 1.0 - SURE < unexplained < SURE else float(round(unexplained))
+    rest = unexplained if 1.0 - SURE < unexplained < SURE else float(round(unexplained))
+    return (by_process / explained, rest, handed / explained) if explained > 0.0 else (share, rest, 0.0)
 
 
 def process_gain(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, seed: int) -> float:

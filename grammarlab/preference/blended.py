@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.hermite_e import hermegauss
 from numpy.typing import ArrayLike
 
 from grammarlab.arrays import Floats
@@ -53,6 +54,8 @@ _SD_PER_MEDIAN = 1.4826
 _MAX_NOISE_FACTOR = 2.0
 """Largest factor on the noise of a process, which explains some noise by its function, and on the errors on held-out
 scores; both miss noise clipped at 0."""
+_NUM_NODES = 15
+"""Number of nodes of means over a normal distribution. More are only slower."""
 
 
 class _Levels(NamedTuple):
@@ -76,6 +79,8 @@ class BlendedPreference(AbstractPreference):
     """Share of the process beside cells, 0 to 1."""
     flat: Unexplained
     """The hypothesis that nothing is explained."""
+    handed: float = 0.0
+    """Part of this share that the process has because cells are not believed."""
     line: LinePreference | None = None
     """Lines of points; None if labels are not scores."""
     line_share: float = 0.0
@@ -112,10 +117,23 @@ class BlendedPreference(AbstractPreference):
         return Prediction(np.clip(values, 0.0, MAX_SCORE), deviation)
 
     def predict_values(self, rows: Rows) -> Prediction:
-        """Predicted values, as the process learns means of scores, and the deviation of scores around them."""
+        """Expected values, as the process learns means of scores, and the deviation of scores around them.
+
+        A mean score that is not certain has an expected value above that of its mean near 0, below it near 100: where
+        no design has been scored, a value near 0 would be a claim that all designs there are disliked. What is not
+        certain about comparisons is the level of all values, which changes no density.
+        """
         prediction, noise_variance = self.process.predict(rows), self.process.noise_variance
-        deviation = np.sqrt(np.maximum(prediction.std**2 - noise_variance, 0.0) + self.noise**2)
-        return Prediction(value_of(prediction.mean, *self.person), deviation)
+        variance = np.maximum(prediction.std**2 - noise_variance, 0.0)
+        nodes, masses = hermegauss(1 if self._is_compared else _NUM_NODES)
+        values = value_of(prediction.mean + nodes[:, None] * np.sqrt(variance), *self.person)
+        return Prediction(masses @ values / masses.sum(), np.sqrt(variance + self.noise**2))
+
+    @property
+    def _is_compared(self) -> bool:
+        """Whether some labels are comparisons: these leave the level of values open, for all designs alike."""
+        differences = self.process.observations.differences
+        return differences is not None and bool(differences.compared.any())
 
     def column_weights(self) -> Floats:
         return self.process.column_weights()
@@ -182,18 +200,20 @@ class BlendedPreference(AbstractPreference):
         )
 
     def _damped(self, by_process: float, by_cells: float, cells: PartitionPreference) -> float:
-        """Share of the process in a density, by what both like of the designs; a part that likes nothing has none."""
+        """Share of the process in a density, by what both like of the designs; a part that likes nothing has none.
+
+        What the process has from cells that are not believed does not depend on what these like.
+        """
         if min(by_process, by_cells) <= 0.0:
             return float(by_process > 0.0)
-        differences = self.process.observations.differences
-        if differences is not None and differences.compared.any():
-            # Comparisons leave the level of values open: designs are liked relative to the labelled ones.
+        if self._is_compared:
+            # Designs are liked relative to the labelled ones.
             labelled = self.process.observations.all_rows
             by_cells *= float(np.maximum(self.predict_values(labelled).mean, 0.0).mean())
             by_process *= float(np.maximum(cells.predict(labelled).mean, 0.0).mean())
         ratio = min(1.0, by_cells / by_process) if by_process > 0.0 else 1.0
-        damping = ratio**_RATIO_POWER
-        return self.share * damping / (self.share * damping + 1.0 - self.share) if self.share < 1.0 else 1.0
+        own = (self.share - self.handed) * ratio**_RATIO_POWER
+        return (own + self.handed) / (own + self.handed + 1.0 - self.share) if self.share < 1.0 else 1.0
 
     def _shares(self, share: float) -> tuple[float, float, float, float]:
         """Shares of the process, of cells, of lines, and of what is unexplained; the sum is 1.
@@ -258,22 +278,27 @@ def fit(
     else:
         beside = unexplained(values[chosen], folds_of(table[chosen], seed), cells.cells.grid)
     cells_gain, line_gain = cells.log_evidence - flat.log_evidence, line.log_evidence - beside.log_evidence
-    cells_belief, process_belief = belief(cells_gain, len(values)), 1.0
+    of_trees, process_belief = cells_gain, 1.0
     # A line without columns explains nothing.
     line_belief = belief(line_gain, len(values)) if line.columns else 0.0
-    if cells_belief < SURE:
-        cells_belief = max(cells_belief, belief(judge.gain(table[chosen], likely, values[chosen]), len(values)))
+    if belief(of_trees, len(values)) < SURE:
+        by_judge = judge.gain(table[chosen], likely, values[chosen], beside.log_evidence)
+        # The priors of trees of both kinds have even odds.
+        of_trees = float(np.logaddexp(cells_gain, by_judge) - np.log(2.0))
+    cells_belief = belief(of_trees, len(values))
     # A process is not fitted again and again only to be believed as well.
     if cells_belief < SURE:
         gain = process_gain(table, values, groups=numbers, continuous=drawn, seed=seed)
         process_belief = belief(gain, len(values))
     if len(values) < MIN_LABELS:
-        share, rest = believed(1.0, process_belief, cells_belief)
-        return BlendedPreference(process=process, partition=cells, share=share, flat=flat, unexplained=rest)
+        share, rest, handed = believed(1.0, process_belief, cells_belief)
+        return BlendedPreference(
+            process=process, partition=cells, share=share, flat=flat, handed=handed, unexplained=rest
+        )
     parts = Fitted(process, cells, line)
     judged = held_out(table, values, drawn, seed, parts, line_gain - cells_gain)
-    share, rest = believed(judged.share, process_belief, cells_belief)
-    line_share, rest = believed(judged.line_share, line_belief, 1.0 - rest)
+    share, rest, handed = believed(judged.share, process_belief, cells_belief)
+    line_share, rest, _ = believed(judged.line_share, line_belief, 1.0 - rest)
 
     def blend(parts: Fitted) -> BlendedPreference:
         return BlendedPreference(
@@ -281,6 +306,7 @@ def fit(
             partition=parts.cells,
             share=share,
             flat=flat,
+            handed=handed,
             line=parts.line,
             line_share=line_share,
             unexplained=rest,

@@ -78,13 +78,14 @@ def fit(
     judged = _judged(judgements, observed, drawn, seed, process, cells)
     num_labels = len(judgements.scores)
     beliefs = [belief(gain, num_labels) for gain in (judged.process_gain, judged.cells_gain)]
-    share, rest = believed(1.0 if num_labels < MIN_LABELS else judged.share, *beliefs)
+    share, rest, handed = believed(1.0 if num_labels < MIN_LABELS else judged.share, *beliefs)
     sketches = () if num_labels < MIN_LABELS else judged.sketches
     return BlendedPreference(
         process=process,
         partition=cells,
         share=share,
         flat=judged.flat,
+        handed=handed,
         unexplained=rest,
         sketches=tuple(
             BlendedPreference(process=part, partition=some_cells, share=share, flat=judged.flat, unexplained=rest)

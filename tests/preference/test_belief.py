@@ -23,10 +23,11 @@ def test_a_belief_is_a_posterior():
 def test_shares_are_those_expected_if_each_part_is_right_or_not(share, process, cells):
     both, only_process, only_cells = process * cells, process * (1.0 - cells), (1.0 - process) * cells
     by_process, by_cells = both * share + only_process, both * (1.0 - share) + only_cells
-    found, unexplained_share = believed(share, process, cells)
+    found, unexplained_share, handed = believed(share, process, cells)
     rest = 1.0 - by_process - by_cells
     assert unexplained_share == pytest.approx(rest if rest > 0.05 else 0.0)
     assert found == pytest.approx(by_process / (by_process + by_cells))
+    assert handed == pytest.approx(only_process * (1.0 - share) / (by_process + by_cells))
 
 
 def test_what_is_nearly_certain_is_certain():

@@ -12,6 +12,7 @@ from grammarlab.preference.cells import partition
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.held_out_share import Fitted, held_out
 from grammarlab.preference.lines import line_preference
+from grammarlab.preference.person import value_of
 from grammarlab.preference.processes import grouped
 from tests.cases import some
 
@@ -123,11 +124,11 @@ def test_a_density_is_a_mixture_of_the_densities_of_its_parts(unexplained):
     asked = np.concatenate([np.flatnonzero(rare)[:8], np.arange(60)])
     given = np.clip(90.0 * rare[asked] + 10.0 * np.random.default_rng(3).normal(size=68), 0.0, 100.0)
     weights = np.random.default_rng(4).random(4000)
-    found = replace(blended.fit(rows[asked], given), share=0.2, line_share=0.3, unexplained=unexplained)
+    found = replace(blended.fit(rows[asked], given), share=0.2, handed=0.05, line_share=0.3, unexplained=unexplained)
     assert found.line is not None
     mixed = found.for_density(rows, weights)
     cells, process = found.partition.for_density(rows, weights).predict(rows).mean, found.predict_values(rows).mean
-    odds = 0.25 * min(1.0, (weights @ cells) / (weights @ process)) ** 7
+    odds = (0.15 * min(1.0, (weights @ cells) / (weights @ process)) ** 7 + 0.05) / 0.8
     explained = 0.7 * (1.0 - unexplained) / (1.0 + odds)
     shares = odds * explained, explained, 0.3 * (1.0 - unexplained), unexplained
     line = found.line.predict(rows).mean
@@ -143,10 +144,22 @@ def test_a_density_is_a_mixture_of_the_densities_of_its_parts(unexplained):
 def test_a_part_that_likes_none_of_the_designs_has_no_share_of_them():
     rows = coins(40, 4, 2)
     found = blended.fit(rows, 80.0 * rows[:, 0] * (0.5 + 0.5 * rows[:, 1]))
-    some = replace(found, share=0.3)
+    some = replace(found, share=0.3, handed=0.0)
     for by_process, by_cells, share in ((0.0, 2.0, 0.0), (3.0, 0.0, 1.0), (2.0, 2.0, 0.3), (2.0, 3.0, 0.3)):
         assert some._damped(by_process, by_cells, found.partition) == pytest.approx(share)
+    assert replace(some, handed=0.3)._damped(9.0, 3.0, found.partition) == pytest.approx(0.3)
     assert replace(found, share=1.0)._damped(3.0, 1.0, found.partition) == 1.0
+
+
+def test_values_by_the_process_are_means_over_what_it_does_not_know():
+    rows = coins(40, 4, 2)
+    found = blended.fit(rows, np.clip(70.0 * rows[:, 0] + 9.0 * np.random.default_rng(5).normal(size=40), 0.0, 100.0))
+    new = coins(6, 4, 3)
+    known, variance = found.process.predict(new), found.process.noise_variance
+    sd = np.sqrt(np.maximum(known.std**2 - variance, 0.0))
+    draws = known.mean + sd * np.random.default_rng(6).normal(size=(40_000, 6))
+    expected = value_of(draws, *found.person).mean(axis=0)
+    np.testing.assert_allclose(found.predict_values(new).mean, expected, atol=0.15)
 
 
 def test_a_fit_with_designs_is_the_density_over_them():

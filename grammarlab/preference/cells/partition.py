@@ -69,8 +69,6 @@ _NUM_REPLANTED = 4
 """Number of trees of all labels that are candidates for some of the labels."""
 _NUM_CHAINS_WITHOUT = 2
 """Number of chains of boxes of some of the labels."""
-_WARM_TEMPERATURE = 1.0
-"""Temperature of draws of splits, for some of the trees."""
 _MIN_NOISE_PROBABILITY = 0.25
 """Least probability of a noise that values are averaged over, relative to the most likely one: an unlikely small one
 would make every disliked cell a little liked, and most designs are disliked."""
@@ -397,20 +395,19 @@ def fit(
             splits_of(table, numbers, drawn, sums, values, start.tree.bounds() | near, likely), wide
         )
         growths = [Growth(1e-2)] + [
-            Growth(LOW_TEMPERATURE if n % 2 else _WARM_TEMPERATURE, 0.0, guides) for n in range(num_trees - 1)
+            Growth(LOW_TEMPERATURE, 0.0, guides) if n % 2 else Growth(guides=guides) for n in range(num_trees - 1)
         ]
         trees = [refined] + [grow(cells, every, growth, randomness) for growth in growths]
         trees += [replanted(cells, tree, wide, every) for tree in conjunctions]
         trees += _around(
             cells,
             max(trees, key=lambda tree: tree.log_posterior),
-            Growth(_WARM_TEMPERATURE, 0.0, guides),
+            Growth(guides=guides),
             num_around,
             randomness,
         )
         doubtful = [
-            grow(cells, every, Growth(_WARM_TEMPERATURE, _DOUBT_TEMPERATURE, guides), randomness)
-            for _ in range(num_doubtful)
+            grow(cells, every, Growth(doubt=_DOUBT_TEMPERATURE, guides=guides), randomness) for _ in range(num_doubtful)
         ]
         doubtful = [loosened(tree, wide, randomness) for tree in doubtful]
     trees.sort(key=lambda tree: -tree.log_posterior)

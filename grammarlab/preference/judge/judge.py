@@ -95,15 +95,19 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     )
 
 
-def gain(columns: Floats, priors: Floats, scores: Floats) -> float:
+def gain(columns: Floats, priors: Floats, scores: Floats, nothing: float) -> float:
     """What the best tree of some columns explains beyond any distribution of scores, less its description, in nats.
 
-    Minus infinity if the best tree divides nothing.
+    Minus infinity if the best tree divides nothing. With even odds, scores that nothing explains have any distribution
+    (`grammarlab.preference.judge.unexplained_scores`), or values have one and the person errs. The first alone would
+    be a straw man for scores of which noise makes many 0.
 
     Args:
         columns: [n, F] columns.
         priors: [F] how likely columns are to matter, relative to each other.
         scores: [n] 0-100.
+        nothing: evidence that one distribution of values explains the scores, in nats
+            (`grammarlab.preference.unexplained`).
     """
     varying = np.flatnonzero(np.ptp(columns, axis=0) > 0.0)
     if not len(varying):
@@ -112,8 +116,8 @@ def gain(columns: Floats, priors: Floats, scores: Floats) -> float:
     best, *_ = search(labels, [Person(noise, START_BLUNDERS) for noise in _START_NOISES])
     if best.tree.cut is None:
         return -np.inf
-    nothing = labels.unexplained.log_evidence(labels.unexplained.members.sum(axis=0)[None])
-    return float(best.total - nothing[0])
+    of_scores = labels.unexplained.log_evidence(labels.unexplained.members.sum(axis=0)[None])[0]
+    return float(best.total - (np.logaddexp(of_scores, nothing) - np.log(2.0)))
 
 
 def _better(first: Explanation, second: Explanation) -> Explanation:
