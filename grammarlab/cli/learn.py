@@ -52,6 +52,10 @@ def learn(
         Path | None,
         typer.Option("--examples", help="Good models: a folder that grammarlab sample wrote, or a Parquet file in it."),
     ] = None,
+    models: Annotated[
+        str,
+        typer.Option("--models", help="With --examples: numbers of the good models of the run, as in 3,7,9-12."),
+    ] = "",
     method: Annotated[
         str,
         typer.Option(
@@ -122,6 +126,8 @@ def learn(
             raise UsageError("labels and examples exclude each other: give only one of --labels and --examples.")
         if labels is None and (base != "grammar" or max_rules is not None):
             raise UsageError("--base and --max-rules need --labels FILE; a scenario file has its own base.")
+        if models and examples is None:
+            raise UsageError("--models chooses examples: give the run with --examples FOLDER.")
         respondent = chosen_one(person, RESPONDENTS, "person")
         if respondent != EXACT and (labels is None or not scenario):
             raise UsageError("--person needs --labels FILE and --scenario FILE.")
@@ -151,7 +157,7 @@ def learn(
             from grammarlab.runs.learn.from_examples import learn_from_files
 
             result_of_examples = learn_from_files(
-                grammar, examples, target, method=method, seed=seed or 0, scenario=scenario_file
+                grammar, examples, target, method=method, seed=seed or 0, scenario=scenario_file, models=models
             )
             summary = _Summary(
                 _examples_as_json(result_of_examples),

@@ -26,6 +26,7 @@ _OF_A_MODEL = {
     "start_rule": "--start",
     "footprint": "--footprint",
     "assets": "--assets",
+    "tree": "--tree",
     "everything": "--all",
     "as_json": "--json",
 }
@@ -56,6 +57,12 @@ def show(
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
+    tree: Annotated[
+        Path | None,
+        typer.Option(
+            "--tree", help="Write the derivation tree of the model to this .svg or .html file.", dir_okay=False
+        ),
+    ] = None,
     everything: Annotated[bool, typer.Option("--all", help="List equal shapes one by one, or all parameters.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print a model, or a species, as JSON.")] = False,
 ) -> None:
@@ -72,6 +79,8 @@ def show(
             from grammarlab.cli.show_species import show_species, show_tree
 
             _refuse_rule_options(context)
+            if tree is not None:
+                raise UsageError("--tree is about rules, and species of trees have none: leave it out.")
             if model is not None:
                 show_tree(grammar, model, seed, attributes or (), assets, as_json)
                 return
@@ -86,6 +95,12 @@ def show(
             options = attributes or (), start_rule, footprint, assets
             trace = trace_model(grammar, model, seed, *options)
             print_remarks(trace.remarks)
+            if tree is not None:
+                from grammarlab.runs.sample.tree_drawing import save_tree
+
+                save_tree(trace, tree, everything=everything)
+                say(f"derivation tree: {tree}")
+                return
             if as_json:
                 print_json(as_values(trace))
                 return

@@ -152,7 +152,7 @@ def _tree(rows: Iterator[TreeRow]) -> list[list[Any]]:
             continue
         place = row.rule_at or row.made_at
         line = 0 if place is None else place.line
-        listed.append([row.depth, row.symbol, row.note, line, "  ".join(row.details)])
+        listed.append([row.depth, row.symbol, row.note, line, " · ".join(row.details)])
     return listed + ([[1, "", f"… {rest:,} more rows", 0, ""]] if rest else [])
 
 

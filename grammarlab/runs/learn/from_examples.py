@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -9,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from grammarlab.arrays import Ints
+from grammarlab.errors import UsageError
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.targets.divergence import Measured, measured
 from grammarlab.learning.targets.file_head import origin_line
@@ -17,6 +20,7 @@ from grammarlab.runs.learn.example_learners import AbstractExampleLearner, examp
 from grammarlab.runs.learn.from_scenario import scenario_of, write_learned
 from grammarlab.runs.learn.scenario_measures import TrueDensity
 from grammarlab.runs.sample.domains import opened
+from grammarlab.runs.sample.records import DERIVATIONS
 from grammarlab.runs.sample.shipped import RuleSource, find_rules
 from grammarlab.runs.work.workers import one_thread
 
@@ -61,7 +65,14 @@ class ExamplesResult:
 
 
 def learn_from_files(
-    grammar: str, examples: Path, file: Path, *, method: str = "", seed: int = 0, scenario: Path | None = None
+    grammar: str,
+    examples: Path,
+    file: Path,
+    *,
+    method: str = "",
+    seed: int = 0,
+    scenario: Path | None = None,
+    models: str = "",
 ) -> ExamplesResult:
     """Learn the file near a given one that makes example models most likely.
 
@@ -72,9 +83,10 @@ def learn_from_files(
         method: one of `AbstractExampleLearner.methods`; empty for the first one.
         seed: seed of the models for measuring the result.
         scenario: a scenario file to compare the result with; nothing is learned from it.
+        models: numbers of the models of the run to learn from, as in ``3,7,9-12``; empty for all.
 
     Raises:
-        UsageError: If there are no examples, or they are not of the file.
+        UsageError: If there are no examples, a number is not one of a model, or they are not of the file.
         AssetError: If examples cannot be read.
     """
     source = find_rules(grammar)
@@ -85,6 +97,8 @@ def learn_from_files(
     true_source = None if scenario is None else scenario_of(scenario, grammar, space.hashes[0])
     begun = perf_counter()
     designs = learner.read(examples)
+    if models:
+        designs = learner.take(designs, _rows_of(models, learner.count(designs), examples))
     lines = [
         origin_line(source.file, space.hashes[0]),
         f"Examples {examples.name}: {learner.count(designs)} models",
@@ -109,6 +123,24 @@ def learn_from_files(
         seconds=seconds,
         truth=None if true_source is None else TrueDensity.of(true_source, learned),
     )
+
+
+def _rows_of(models: str, num_models: int, examples: Path) -> Ints:
+    """The rows of models of a run by their numbers, ascending."""
+    folder = examples / DERIVATIONS
+    names = sorted(batch.name for batch in folder.glob("[0-9]*")) if folder.is_dir() else []
+    if names != [f"{index:05d}" for index in range(len(names))]:
+        raise UsageError(f"{examples}: a batch of models is missing; finish the run with sample --resume.")
+    rows: set[int] = set()
+    for part in models.split(","):
+        match = re.fullmatch(r"\s*(\d{1,9})\s*(?:-\s*(\d{1,9})\s*)?", part)
+        if match is None:
+            raise UsageError(f"models: expected numbers such as 3,7,9-12, found {part!r:.40}.")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if last >= num_models or first > last:
+            raise UsageError(f"models: {examples} has the models 0 to {num_models - 1}, found {part.strip()!r:.40}.")
+        rows.update(range(first, last + 1))
+    return np.array(sorted(rows), dtype=np.int64)
 
 
 def _held_out(learner: AbstractExampleLearner[Any], designs: Any, method: str) -> HeldOut | None:

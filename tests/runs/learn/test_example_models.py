@@ -14,6 +14,7 @@ from grammarlab.errors import AssetError, UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.learn import example_models as module
 from grammarlab.runs.learn.example_models import example_models
+from grammarlab.runs.learn.from_examples import learn_from_files
 from grammarlab.runs.sample.derivations import save_forest
 
 RULES = """version "2023.0"
@@ -224,3 +225,15 @@ def test_sites_of_the_first_version_are_left_out(folder):
     header.write_text(json.dumps(values | {"sites": ["rand (line 2)"] * len(values["sites"])}))
     found = example_models(folder / "derivations" / "00000", GRAMMAR)
     assert not len(found.draws.node)
+
+
+def test_examples_are_chosen_by_the_numbers_of_models(folder, tmp_path):
+    (tmp_path / "house.cga").write_text(RULES)
+    result = learn_from_files(str(tmp_path / "house.cga"), folder, tmp_path / "new.cga", models="3, 41-43,41")
+    assert (result.num_examples, result.held_out) == (4, None)
+    for models, message in (("48", "models 0 to 47"), ("5-3", "models 0 to 47"), ("first", "such as 3,7,9-12")):
+        with pytest.raises(UsageError, match=message):
+            learn_from_files(str(tmp_path / "house.cga"), folder, tmp_path / "new.cga", models=models)
+    shutil.rmtree(folder / "derivations" / "00000")
+    with pytest.raises(UsageError, match="sample --resume"):
+        learn_from_files(str(tmp_path / "house.cga"), folder, tmp_path / "new.cga", models="3")

@@ -10,6 +10,7 @@ from grammarlab.derivation import compile_grammar, derive
 from grammarlab.errors import UsageError
 from grammarlab.language.importing import load
 from grammarlab.runs.sample.trace import as_lines, as_values, trace_model
+from grammarlab.runs.sample.tree_drawing import save_tree
 from tests.whole_grammars import WHOLE
 
 GRAMMARS = WHOLE
@@ -75,6 +76,20 @@ def test_what_became_the_same_is_one_line_with_its_number(tmp_path):
     listed = list(as_lines(trace, everything=True))[2:]
     words = [line[21:].split("  ")[1:] for line in listed]
     assert [next(filter(None, w)) for w in words] == [row["symbol"] for row in as_values(trace)["nodes"]]
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".html"])
+def test_a_tree_is_written_as_a_drawing_and_as_a_page_with_the_rows_of_the_listing(tmp_path, suffix):
+    trace = trace_model(written(tmp_path), 0, 1, footprint="100x20")
+    save_tree(trace, tmp_path / f"tree{suffix}")
+    content = (tmp_path / f"tree{suffix}").read_text()
+    words = " ".join(re.sub("<[^>]+>", " ", content).split())
+    assert content.count("<li>") == content.count("</li>")
+    places = [words.index(name) for name in ("Lot", "Bay x 5", "Bay x 7", "Glass", "Bay x 8", "Roof")]
+    assert places == sorted(places)
+    assert "line 2 · height = 2.25531" in words
+    with pytest.raises(UsageError, match=r"\.svg or \.html"):
+        save_tree(trace, tmp_path / "tree.png")
 
 
 def test_a_listing_stays_short_where_every_shape_of_a_successor_differs(tmp_path):
