@@ -17,6 +17,7 @@ from grammarlab.derivation.functions.street_sides import STREET_ALIASES
 from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors, override_name
 from grammarlab.derivation.operations import OPERATIONS
 from grammarlab.derivation.operations.texturing import OPERATIONS as TEXTURING
+from grammarlab.derivation.operations.uv_insertion import OPERATIONS as BENDING
 from grammarlab.derivation.program import CompiledRule, Program, with_variables
 from grammarlab.derivation.state.texture_maps import NUM_SETS
 from grammarlab.derivation.state.width_attribute import STREET_WIDTH, StreetWidth
@@ -58,7 +59,7 @@ def mentioned_uv_sets(nodes: Iterable[Node]) -> frozenset[int]:
 def _expressions(node: Node) -> Iterator[Expression | None]:
     """Argument of a node that names a uv set; None for the first set, which is the default."""
     match node:
-        case Invoke() if node.name in TEXTURING:
+        case Invoke() if node.name in TEXTURING or node.name in BENDING:
             yield from node.arguments[: 2 if node.name == "copyUV" else 1]
         case Block(name="split", arguments=(_, _, uv_set)):
             yield uv_set

@@ -17,7 +17,7 @@ from grammarlab.derivation.state.mesh_table import right_handed, upright
 from grammarlab.derivation.state.shapes import Shapes, Value, kind_of
 from grammarlab.derivation.state.surroundings import Surroundings, world_meshes
 from grammarlab.errors import DerivationError
-from grammarlab.geometry.meshes.edges import is_closed_surface
+from grammarlab.geometry.meshes.edges import is_closed_surface, joined
 from grammarlab.geometry.meshes.measure import areas
 from grammarlab.language.syntax.keywords import KEYWORDS
 
@@ -64,7 +64,7 @@ def _occlusion(compare: Callable[[Body, Body], bool], needs_volume: bool) -> Bui
         low, high = meshes.bounds()
         lineage = call.workspace.recorder.lineage
         others_low, others_high = surroundings.bounds
-        is_solid = is_closed_surface(meshes) & needs_volume
+        is_solid = is_closed_surface(joined(meshes)) & needs_volume
         near = _Nearby(others_low, others_high, surroundings.is_closed, CONTACT)
         for query in _queries(call, surroundings, is_near=True):
             rows = near.rows(query.rows, low[query.row], high[query.row])

@@ -17,6 +17,7 @@ from grammarlab.derivation.operations import (
     split,
     tagging,
     texturing,
+    uv_insertion,
 )
 
 OPERATIONS = {
@@ -32,6 +33,7 @@ OPERATIONS = {
     **scope.OPERATIONS,
     **tagging.OPERATIONS,
     **texturing.OPERATIONS,
+    **uv_insertion.OPERATIONS,
 }
 """Operations without a block, by name."""
 

@@ -65,8 +65,8 @@ def _bare(call: BoundCall) -> BoundCall:
 
 
 def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
-    mesh, asset_size, low = _asset(call, path)
-    shapes = _painted(call, shapes, path)
+    mesh, asset_size, low = asset_mesh(call, path)
+    shapes = painted(call, shapes, path)
     if mesh == BOX and path.startswith("builtin:"):
         shapes = with_face_maps(shapes, call.workspace)
     if "zUp" in call.words:
@@ -79,7 +79,7 @@ def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
     return fitted(shapes, mesh, asset_size, low, call)
 
 
-def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
+def asset_mesh(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     """A mesh in the unit cube, and its size [3] and low corner [3] in its file."""
     table = call.workspace.meshes
     name = path.removesuffix(_WITHOUT_IMAGES)
@@ -97,7 +97,7 @@ def _asset(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     return table.named(name, asset.meshes), asset.size, asset.low
 
 
-def _painted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
+def painted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
     """Shapes with the materials of an asset; ``:notex`` after its path leaves its images out."""
     name = path.removesuffix(_WITHOUT_IMAGES)
     asset = None if name.startswith("builtin:") else call.workspace.asset(name, call.location)

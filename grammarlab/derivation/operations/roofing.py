@@ -7,6 +7,7 @@ first face, as after ``extrude``. The geometry is imported by the first roof, si
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -45,7 +46,9 @@ def roof_gable(call: BoundCall, faces: Meshes) -> Meshes:
     from grammarlab.geometry.outlines import roofs  # noqa: PLC0415
 
     value, *rest = call.values
-    overhangs = [call.column(argument) for argument in rest[:2]] + [0.0] * (2 - len(rest[:2]))
+    overhangs = [call.column(argument) for argument in rest[:2]]
+    # One overhang is that of eaves and gables.
+    overhangs = overhangs * 2 if len(overhangs) == 1 else overhangs or [0.0, 0.0]
     even = _flag(call, rest[2]) if len(rest) > 2 else False
     index = _index(call, rest[3]) if len(rest) > 3 else None
     return roofs.roof_gable(faces, call.column(value), _by(call), *overhangs, even=even, index=index)
@@ -104,7 +107,8 @@ def _roofed(roof: Roof) -> OperationFunction:
 
     def apply(call: BoundCall) -> Shapes:
         walls = "side.outer" if call.name in ("roofRidge", "roofShed") else "side"
-        return with_roof_tags(call, _standing(call, roof), "roof", "top", walls)
+        roofs = _standing(call, lambda part, faces: _in_sheets(roof(part, faces)))
+        return with_roof_tags(call, roofs, "roof", "top", walls)
 
     return apply
 
@@ -160,6 +164,23 @@ def _slopes(meshes: Meshes) -> NDArray[np.int64]:
     """[F] the direction of each face: 1 up, 0 sideways, -1 down."""
     height = face_normals(meshes)[:, 1]
     return np.where(np.abs(height) < _LEVEL, 0, np.sign(height)).astype(np.int64)
+
+
+def _in_sheets(roofs: Meshes) -> Meshes:
+    """Roofs whose slopes, walls and undersides are sheets with points of their own, as CityEngine makes them."""
+    up = first_normals(roofs)[roofs.mesh_of_face()]
+    height = -np.einsum("fi,fi->f", face_normals(roofs), up)
+    kind = np.where(np.abs(height) < _LEVEL, 0, np.sign(height)).astype(np.int64) + 1
+    corner = kind[roofs.face_of_corner()] + 3 * roofs.corner_points()
+    used, row = np.unique(corner, return_inverse=True)
+    points, mesh = used // 3, roofs.mesh_of_point()[used // 3]
+    starts = np.searchsorted(mesh, np.arange(len(roofs) + 1))
+    return replace(
+        roofs,
+        points=roofs.points[points],
+        corners=row.ravel() - starts[roofs.mesh_of_corner()],
+        mesh_points=starts,
+    )
 
 
 OPERATIONS: dict[str, Operation] = {

@@ -17,12 +17,19 @@ BinaryOperator = Callable[[Value, Value, StringTable, Location], Value]
 
 
 def number_text(value: float) -> str:
-    """A number as CGA writes it into strings: up to six significant digits, no trailing zeros.
+    """A number as CGA writes it into strings: up to 15 significant digits, very large and small ones with an exponent.
 
-    >>> number_text(3.0), number_text(0.25)
-    ('3', '0.25')
+    >>> number_text(3.0), number_text(0.25), number_text(1 / 3), number_text(1e20)
+    ('3', '0.25', '0.333333333333333', '1.0e20')
     """
-    return f"{value:.6g}"
+    is_usual = value == 0.0 or 1e-5 < abs(value) < 1e16
+    text = f"{value:.{15 if is_usual else 16}g}"
+    mantissa, mark, exponent = text.partition("e")
+    if not mark:
+        return text
+    if is_usual and exponent.startswith("-"):
+        return np.format_float_positional(float(text), trim="-")
+    return f"{mantissa}{'' if '.' in mantissa else '.0'}e{exponent.removeprefix('+')}"
 
 
 def value_texts(value: Value, strings: StringTable) -> str | NDArray[np.int32]:

@@ -18,7 +18,7 @@ from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.lineage import Lineage, Tree, intervals
 from grammarlab.derivation.state.mesh_table import MeshTable, right_handed, scaled, upright
 from grammarlab.derivation.state.shapes import EMPTY, Ids, Shapes
-from grammarlab.geometry.meshes.edges import is_closed_surface
+from grammarlab.geometry.meshes.edges import is_closed_surface, joined
 from grammarlab.geometry.meshes.measure import areas
 from grammarlab.geometry.meshes.mesh import Meshes
 
@@ -100,7 +100,7 @@ class Surroundings:
             size=np.concatenate([np.zeros((0, 3)), *(part.size for part in placed)])[order],
             axes=np.concatenate([np.zeros((0, 3, 3)), *(part.axes for part in placed)])[order],
             meshes=whole,
-            is_closed=is_closed_surface(whole),
+            is_closed=is_closed_surface(joined(whole)),
             roots=_Placed.of(roots, origins, meshes, frames).meshes.bounds(),
             stand_together=together,
         )

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, index_in_row, offsets_from_counts, row_of_value, take_rows
 from grammarlab.geometry.meshes.corner_data import CornerData
+from grammarlab.geometry.meshes.edges import joined
 from grammarlab.geometry.meshes.measure import area_vectors, is_closed
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Indices, Meshes, Soup
 from grammarlab.geometry.meshes.ragged import cycles, distinct_keys, max_rows, next_in_row, sum_rows
@@ -48,8 +49,8 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
     extent = _extent(meshes, axis)
     face, part = _faces_within(meshes, mesh, axis, low, high, extent)
     sides = [_side(meshes, mesh, extent, face, part, level, sign) for level, sign in ((low, 1.0), (high, -1.0))]
+    meshes, capped = _closed_meshes(meshes, mesh, sides[0].is_cut | sides[1].is_cut)
     faces, points, owner = _gathered(meshes, mesh, face, part)
-    capped = _closed_meshes(meshes, mesh, sides[0].is_cut | sides[1].is_cut)
 
     cuts = []
     for side in sides:
@@ -244,15 +245,25 @@ def _gathered(meshes: Meshes, mesh: NDArray[np.integer], face: Indices, part: In
     return soup, meshes.points.take(candidates, axis=0), row_of_value(np.diff(candidate_offsets))
 
 
-def _closed_meshes(meshes: Meshes, mesh: NDArray[np.integer], is_cut: Flags) -> Flags:
-    """[N] whether a part is cut from a closed mesh; false for uncut parts."""
+def _closed_meshes(meshes: Meshes, mesh: NDArray[np.integer], is_cut: Flags) -> tuple[Meshes, Flags]:
+    """Meshes of which those that are closed share points, and [N] whether a part is cut from one of them.
+
+    The sheets of a roof have points of their own, and yet are closed together. Uncut parts are not looked at.
+    """
     is_candidate = np.zeros(len(meshes), bool)
     is_candidate[mesh[is_cut]] = True
     # A single face is never closed: this common case does not need its edges.
     candidates = np.flatnonzero(is_candidate & (np.diff(meshes.mesh_faces) > 1))
     closed = np.zeros(len(meshes), bool)
     closed[candidates] = is_closed(meshes.take(candidates))
-    return closed[mesh]
+    is_open = is_candidate & (np.diff(meshes.mesh_faces) > 1) & ~closed
+    if is_open.any():
+        together = joined(meshes, is_open)
+        closed[is_open] = is_closed(together.take(np.flatnonzero(is_open)))
+        corner_mesh = meshes.mesh_of_corner()
+        is_joined = is_open & closed
+        meshes = replace(meshes, corners=np.where(is_joined[corner_mesh], together.corners, meshes.corners))
+    return meshes, closed[mesh]
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,8 +55,10 @@ class _Division:
             far = self._corner_on(part, edge, share)
             near = corner + int(_is_inside(share) and edge < corner)
             ring, (low, high) = self._faces[part], sorted((near, far))
-            self._faces[part] = ring[low : high + 1]
-            self._faces.append(ring[high:] + ring[: low + 1])
+            inner, outer = ring[low : high + 1], ring[: low + 1] + ring[high:]
+            # As in the runtime, the part that leads from the end of the cut to the corner takes the place of the face.
+            self._faces[part], added = (inner, outer) if far < near else (outer, inner)
+            self._faces.append(added)
             self._source.append(self._source[part])
             pending += [part, len(self._faces) - 1]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +102,18 @@ def is_closed_surface(meshes: Meshes) -> NDArray[np.bool_]:
     closed = np.diff(meshes.mesh_faces) > 0
     closed[table.mesh[table.num_faces != 2]] = False
     return closed
+
+
+def joined(meshes: Meshes, chosen: NDArray[np.bool_] | None = None) -> Meshes:
+    """Meshes of which the chosen ones [M], by default all, use one point where they have several at one position."""
+    of_point = meshes.mesh_of_point()
+    rows = np.arange(len(of_point)) if chosen is None else np.flatnonzero(chosen[of_point])
+    keys = np.column_stack((of_point[rows], meshes.points[rows] + 0.0))
+    _, first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    row = np.arange(len(of_point))
+    row[rows] = rows[first[number.ravel()]]
+    base = meshes.mesh_points[:-1][meshes.mesh_of_corner()]
+    return replace(meshes, corners=row[meshes.corner_points()] - base)
 
 
 def boundary_lengths(meshes: Meshes) -> Floats:

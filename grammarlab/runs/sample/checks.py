@@ -214,10 +214,14 @@ def _findings_about(tree: RuleFile, assets: Path) -> tuple[Finding, ...]:
     named = by_path(
         MissingAsset(path, node.location)
         for node in walk(tree)
-        if isinstance(node, Invoke) and node.name == "i" and node.arguments
-        for path in _path(node.arguments[0], texts)
+        if isinstance(node, Invoke) and len(node.arguments) > _PATH_OF.get(node.name, len(node.arguments))
+        for path in _path(node.arguments[_PATH_OF[node.name]], texts)
     )
     return tuple(finding for asset in named for finding in _findings(asset, assets))
+
+
+_PATH_OF = {"i": 0, "insertAlongUV": 1}
+"""Which argument of an operation is the path of a mesh."""
 
 
 def _path(argument: Choice, texts: dict[str, Choice]) -> Iterator[str]:

@@ -81,7 +81,7 @@ def test_the_value_of_an_expression(expression, expected):
         ('fileName("a/b/c.01.obj") + fileBasename("a/b/c.01.obj")', "c.01.objc.01"),
         ('fileDirectory("a/b/c.01.obj") + fileExtension("a/b/c.01.obj")', "a/b/obj"),
         ("colorHSVToHex(90, 0.5, 0.5) + colorRGBOToHex(1, 0, 2, 0.5)", "#608040#ff00ff80"),
-        ('"" + colorHexToH("#60804080") + colorHexToO("#4080BF") + colorHexToS("#4080BF")', "9000.664921"),
+        ('"" + colorHexToH("#60804080") + colorHexToO("#4080BF") + colorHexToS("#4080BF")', "9000.664921465968586"),
         ('max("abc", "def") + min("abc", "def") + clamp("b", "c", "d")', "defabcc"),
         ('"" + ("a" < "b") + ("b" <= "a") + isNull("x") + isNull(0 / 0)', "truefalsefalsetrue"),
         ('replace("a#b#", "#", 3) + substring("abc", -20, 2) + substring("abc", 2, 1)', "a3b3ab"),
