@@ -17,6 +17,7 @@ from grammarlab.derivation.state.mesh_table import add_faces, different_ids, nor
 from grammarlab.derivation.state.shapes import BOX, EMPTY, FACE, Shapes, as_column
 from grammarlab.geometry.meshes.measure import corner_edges, face_areas, face_normals
 from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.ragged import next_in_row
 from grammarlab.language.syntax.keywords import KEYWORDS
 
 Rows = NDArray[np.int64]
@@ -161,7 +162,6 @@ def _chosen_corner(call: BoundCall, meshes: Meshes, face: Argument, edge: Argume
     mesh, of_corner = meshes.mesh_of_face(), meshes.face_of_corner()
     height = _world_heights(call, meshes)[meshes.corner_points()]
     lengths = np.linalg.norm(corner_edges(meshes), axis=1)
-    middle = _edge_means(meshes, height)
     if face.keyword and face.value in ("any", "auto"):
         is_candidate = np.ones(meshes.num_faces, dtype=bool)
     else:
@@ -172,7 +172,9 @@ def _chosen_corner(call: BoundCall, meshes: Meshes, face: Argument, edge: Argume
     if edge.keyword and edge.value == "longest":
         cost = -np.round(lengths[candidates], 9)
     elif edge.keyword and edge.value in ("world.lowest", "auto"):
-        cost = np.round(middle[candidates], 9)
+        is_free = face.keyword and face.value in ("any", "auto")
+        chosen = _lowest_edges if is_free else _mean_heights
+        cost = chosen(meshes, candidates, owner, height)
     elif edge.keyword:
         cost = np.zeros(len(candidates))
     else:
@@ -180,13 +182,33 @@ def _chosen_corner(call: BoundCall, meshes: Meshes, face: Argument, edge: Argume
     return candidates[_first_of_smallest(cost, owner, len(meshes))]
 
 
+def _mean_heights(meshes: Meshes, candidates: Rows, owner: Rows, height: Floats) -> Floats:
+    """[K] mean heights of edges, for the edges of one face."""
+    return np.round(0.5 * (height + height[next_in_row(meshes.face_offsets)])[candidates], 9)
+
+
+def _lowest_edges(meshes: Meshes, candidates: Rows, owner: Rows, height: Floats) -> Floats:
+    """[K] ranks of edges, for those of all faces: those with the lowest corner first, the least steep, the longest."""
+    lengths = np.linalg.norm(corner_edges(meshes), axis=1)
+    ends = np.stack((height, height[next_in_row(meshes.face_offsets)]))[:, candidates]
+    low = np.round(ends.min(axis=0), 9)
+    steepness = np.round(np.abs(ends[1] - ends[0]) / np.maximum(lengths[candidates], 1e-12), 9)
+    order = np.lexsort((-np.round(lengths[candidates], 9), steepness, low, owner))
+    rank = np.empty(len(candidates))
+    rank[order] = np.arange(len(candidates))
+    return rank
+
+
 def _chosen_face(call: BoundCall, meshes: Meshes, face: Argument, height: Floats) -> Rows:
     mesh = meshes.mesh_of_face()
     if face.keyword and face.value == "largest":
         return _first_of_smallest(-np.round(face_areas(meshes), 9), mesh, len(meshes))
     if face.keyword:
-        means = np.add.reduceat(height, meshes.face_offsets[:-1]) / np.diff(meshes.face_offsets)
-        return _first_of_smallest(np.round(means, 9), mesh, len(meshes))
+        up = call.workspace.frames.rotations(call.shapes.frame)[:, 1, :]
+        steep = -np.abs(np.einsum("fi,fi->f", face_normals(meshes), up[mesh]))
+        low = np.minimum.reduceat(height, meshes.face_offsets[:-1])
+        order = np.lexsort((np.round(steep, 9), np.round(low, 9), mesh))
+        return order[np.searchsorted(mesh, np.arange(len(meshes)))]
     return _nth(np.arange(meshes.num_faces), mesh, call.column(face), len(meshes))
 
 
@@ -206,14 +228,6 @@ def _nth(rows: Rows, owner: Rows, index: Floats, count: int) -> Rows:
 def _world_heights(call: BoundCall, meshes: Meshes) -> Floats:
     up = call.workspace.frames.rotations(call.shapes.frame)[:, 1, :]
     return np.einsum("pj,pj->p", up[meshes.mesh_of_point()], meshes.points)
-
-
-def _edge_means(meshes: Meshes, height: Floats) -> Floats:
-    """[C] mean height of the edge that begins at each corner."""
-    following = np.arange(len(height)) + 1
-    last = meshes.face_offsets[1:] - 1
-    following[last] = meshes.face_offsets[:-1]
-    return 0.5 * (height + height[following])
 
 
 def align_to_box(call: BoundCall) -> Shapes:

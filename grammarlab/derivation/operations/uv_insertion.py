@@ -15,8 +15,8 @@ from grammarlab.derivation.state.corner_maps import coordinates_of, own_maps
 from grammarlab.derivation.state.mesh_table import replaced, upright
 from grammarlab.derivation.state.shapes import Ids, Shapes
 from grammarlab.derivation.state.texture_maps import WORLD
-from grammarlab.geometry.meshes.uv_bending import bent, num_tiles, patches
 from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.uv_bending import bent, num_tiles, patches
 
 _WORDS = frozenset({"scope.y", "vertex.normal", "alignPosition", "keepPosition"})
 MOST_FACES = 500_000

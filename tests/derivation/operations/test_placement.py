@@ -221,3 +221,22 @@ def test_a_scope_finds_the_least_box_around_its_geometry(angle):
     forest = derive(Grammar.parse(turned), 1, 1, footprint=(10.0, 5.0))
     assert np.allclose(forest.leaves.size, [[10.0, 1.0, 5.0]])
     assert np.allclose(forest.frames[forest.leaves.frame[0]], np.eye(3))
+
+
+LOT = np.array([[0, 0, 0], [0, 0, 12], [8, 0, 12], [8, 0, 22], [26, 0, 22], [26, 0, 0.0]])
+SLOPE = np.array([[0, 0, 0], [0, 1.5, 20], [30, 4.5, 20], [30, 3, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("lot", "rule", "widths"),
+    [  # from the runtime
+        (LOT, "alignScopeToGeometry(yUp, any, world.lowest) A", [26.0]),
+        (LOT, "alignScopeToGeometry(yUp, any, longest) A", [26.0]),
+        (LOT, "alignScopeToGeometry(yUp, 0) A", [22.0]),
+        (SLOPE, "extrude(1) comp(f) { side : alignScopeToGeometry(zUp, any, world.lowest) A }", [20.0562, 30.1496] * 2),
+        (SLOPE, "extrude(2) comp(f) { side : alignScopeToGeometry(zUp, 0, world.lowest) A }", [20.0562, 2.0] * 2),
+        (SLOPE, "extrude(6) r(20, 0, 10) alignScopeToGeometry(zUp, world.lowest, longest) A", [30.2989]),
+    ],
+)
+def test_of_equally_low_edges_the_level_and_the_long_one_is_taken(lot, rule, widths):
+    assert sampled(f"Lot --> {rule}", lot).leaves.size[:, 0] == pytest.approx(widths, abs=1e-3)
