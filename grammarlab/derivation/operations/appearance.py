@@ -32,7 +32,7 @@ _PLACEMENT = frozenset(
 """The names of these numbers."""
 _UNCHANGED_SIZE = Argument(1.0, relative=True)
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
-_OF_LOOKS = ("setNormals", "setupUV", "softenNormals")
+_OF_LOOKS = ("reduceGeometry", "setNormals", "setupUV", "softenNormals")
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
 _SEEDIANS = np.uint64(0x5EED)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import BoundCall, Operation
 from grammarlab.derivation.functions.shape_measures import local_meshes
+from grammarlab.derivation.operations.alignment import reframed
 from grammarlab.derivation.operations.extrusion import first_normals, stood_up
 from grammarlab.derivation.operations.outlines import Rows, edge_values, edges_towards
 from grammarlab.derivation.state.array_table import is_table
@@ -45,7 +46,11 @@ def envelope(call: BoundCall) -> Shapes:
         along = call.workspace.frames.to_local(shapes.frame, np.broadcast_to([0.0, 1.0, 0.0], (shapes.num, 3)))
     standing = stood_up(call, _envelopes(meshes, along, heights, bases, angles), along, np.arange(shapes.num))
     kept = inherited(standing, shapes, np.arange(shapes.num), call.workspace)
-    return with_automatic_tags(kept, call.workspace, "envelope", _kinds, _TAGS)
+    tagged = with_automatic_tags(kept, call.workspace, "envelope", _kinds, _TAGS)
+    # Other than after ``extrude``, the scope keeps its axes, as in the runtime.
+    frames = call.workspace.frames
+    turn = np.swapaxes(frames.rotations(tagged.frame), 1, 2) @ frames.rotations(shapes.frame)
+    return reframed(call._replace(shapes=tagged), turn)
 
 
 def _kinds(meshes: Meshes) -> NDArray[np.int64]:

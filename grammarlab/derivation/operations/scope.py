@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation, OperationFunction
-from grammarlab.derivation.calls.texture_transfer import carried, pivot_position
+from grammarlab.derivation.calls.texture_transfer import carried, initial_maps, pivot_position, with_pivot
 from grammarlab.derivation.frames import euler
 from grammarlab.derivation.state.mesh_table import mirrored
 from grammarlab.derivation.state.shapes import Shapes
+from grammarlab.derivation.state.texture_maps import map_name
+from grammarlab.derivation.state.trim_planes import NONE, TRIM
 
 _SMALLEST = -1e-9
 """Largest size in metres that counts as zero, since it comes from rounding."""
@@ -161,9 +163,31 @@ def _moving(apply: OperationFunction) -> OperationFunction:
     return lambda call: carried(call.shapes, apply(call), call.workspace)
 
 
+def reset_geometry(call: BoundCall) -> Shapes:
+    """``resetGeometry()``: the geometry, scope, pivot and texture coordinates of the initial shape, without trim planes.
+
+    Materials, attributes and projections stay.
+    """
+    shapes, workspace = call.shapes, call.workspace
+    roots = workspace.roots.take(shapes.model)
+    maps = {map_name(uv_set) for uv_set in workspace.uv_sets}
+    state = {name: value for name, value in initial_maps(roots, workspace).items() if name in maps}
+    if TRIM in shapes.state:
+        state[TRIM] = NONE
+    again = shapes._replace(
+        mesh=roots.mesh,
+        size=roots.size,
+        position=roots.position,
+        frame=roots.frame,
+        state={**shapes.state, **state},
+    )
+    return with_pivot(again, roots.position, roots.frame, workspace)
+
+
 OPERATIONS: dict[str, Operation] = {
     "center": Operation(_moving(center), _CENTER_AXES, (1, 1)),
     "r": Operation(_moving(r), _PIVOTS, (3, 4)),
+    "resetGeometry": Operation(reset_geometry),
     "rotate": Operation(_moving(rotate), _SYSTEMS, (5, 5)),
     "s": Operation(s, num_arguments=(3, 3)),
     "scale": Operation(s, num_arguments=(3, 3)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from manifold3d import Manifold
 
@@ -9,12 +11,14 @@ from grammarlab.arrays import Floats
 from grammarlab.geometry.meshes.booleans import faces_of
 from grammarlab.geometry.meshes.contact import solid_of
 from grammarlab.geometry.meshes.extrude import extrude
-from grammarlab.geometry.meshes.measure import has_concave_face
+from grammarlab.geometry.meshes.measure import face_normals, has_concave_face
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.vectors import cross, unit
 
 _VERTICAL = 90.0 - 1e-6
 """Degrees from which a side is a wall up to the top."""
+_SIDEWAYS = 1e-6
+"""Height of a unit normal up to which a face is a wall: a tolerance."""
 _MARGIN = 1e-3
 """Metres by which cutting bodies reach beyond what they cut."""
 
@@ -62,7 +66,45 @@ def envelope(face: Meshes, along: Floats, height: float, bases: Floats, angles: 
         prism = prism - _wedge(
             (start - before * direction, end + after * direction), inward, along, (base, height, depth)
         )
-    return None if prism.is_empty() else faces_of(prism).mesh
+    return None if prism.is_empty() else _in_order(faces_of(prism).mesh, corners, along)
+
+
+def _in_order(mesh: Meshes, corners: Floats, along: Floats) -> Meshes:
+    """One mesh with its faces as the runtime has them: the ground, the wall and the slope of each edge, the top.
+
+    The ground begins with the first edge reversed, walls and slopes with their lower edges, the top over the first
+    corner.
+
+    Args:
+        mesh: the envelope over a face.
+        corners: [C, 3] the corners of the face.
+        along: [3] unit vector that rises from it.
+    """
+    direction = unit(np.roll(corners, -1, axis=0) - corners)
+    outward = unit(cross(direction, np.broadcast_to(along, direction.shape)))
+    normals = face_normals(mesh)
+    ranks: list[tuple[int, int, float]] = []
+    faces: list[list[int]] = []
+    for number, (begin, end) in enumerate(pairwise(mesh.face_offsets.tolist())):
+        ring = mesh.corners[begin:end].tolist()
+        points, rise = mesh.points[ring], float(normals[number] @ along)
+        height = points @ along
+        if rise < -_SIDEWAYS:
+            ranks.append((-1, 0, 0.0))
+            start = int(np.linalg.norm(points - corners[1], axis=1).argmin())
+        elif rise > 1.0 - _SIDEWAYS:
+            ranks.append((len(corners), 0, 0.0))
+            start = int(np.linalg.norm(points - corners[0], axis=1).argmin())
+        else:
+            low = height <= height.min() + _MARGIN
+            gaps = np.abs(np.einsum("ci,ci->c", outward, points[low].mean(axis=0) - corners))
+            facing = outward @ normals[number] > (1.0 - _SIDEWAYS) * np.sqrt(max(1.0 - rise * rise, 0.0))
+            edge = int(np.where(facing, gaps, np.inf).argmin())
+            ranks.append((edge, int(rise > _SIDEWAYS), float(height.min())))
+            start = int(np.where(low, points @ direction[edge], np.inf).argmin())
+        faces.append(ring[start:] + ring[:start])
+    order = sorted(range(len(faces)), key=ranks.__getitem__)
+    return Meshes.single(mesh.points, [faces[index] for index in order])
 
 
 def _wedge(edge: tuple[Floats, Floats], inward: Floats, along: Floats, size: tuple[float, float, float]) -> Manifold:

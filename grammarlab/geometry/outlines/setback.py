@@ -196,9 +196,37 @@ def _setback_patch(xy: Floats, steps: Sequence[float], names: Sequence[int]) -> 
         for loops, edge_of in _joined(strips, names)
         for piece in _from_first_edge(fill(result.xy, loops), edge_of)
     )
-    pieces += [(REMAINDER, face) for face in fill(result.xy, result.rest_from_first_edge(corners))]
+    kept = _half_moved(loops, xy, steps)
+    rest = fill(result.xy, result.rest_from_first_edge(corners))
+    pieces += [(REMAINDER, _with_corners(result.xy, face, kept)) for face in rest]
     faces = tuple(face for _, face in pieces)
     return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), faces, (0,) * len(faces)), [e for e, _ in pieces]
+
+
+def _half_moved(loops: Sequence[Sequence[int]], xy: Floats, steps: Sequence[float]) -> list[int]:
+    """Reflex corners of one edge that moves and one that stays: corners of the remainder too, as in the runtime."""
+    found = []
+    for ring in loops:
+        for before, corner, after in zip([ring[-1], *ring[:-1]], ring, [*ring[1:], ring[0]], strict=True):
+            (ax, ay), (bx, by) = xy[corner] - xy[before], xy[after] - xy[corner]
+            if ax * by - ay * bx < 0.0 and (steps[before] > 0.0) != (steps[corner] > 0.0):
+                found.append(corner)
+    return found
+
+
+def _with_corners(xy: Floats, face: Loop, corners: Sequence[int]) -> Loop:
+    """An outline with those of some points that lie within one of its edges as further corners."""
+    result = list(face)
+    for corner in corners:
+        for index, (start, end) in enumerate(zip(result, [*result[1:], result[0]], strict=True)):
+            along, offset = xy[end] - xy[start], xy[corner] - xy[start]
+            length = float(along @ along)
+            share = float(along @ offset) / length if length > 0.0 else 0.0
+            aside = abs(float(along[0] * offset[1] - along[1] * offset[0]))
+            if corner not in result and 0.0 < share < 1.0 and aside <= RELATIVE_TOLERANCE * length:
+                result.insert(index + 1, corner)
+                break
+    return tuple(result)
 
 
 def _lead_corners(polygons: Polygons, members: Indices, edges: Sequence[int]) -> Indices:

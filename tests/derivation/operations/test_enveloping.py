@@ -8,7 +8,7 @@ import pytest
 from grammarlab.derivation import derive
 from grammarlab.derivation.state.mesh_table import scaled
 from grammarlab.geometry.meshes.edges import is_closed_surface
-from grammarlab.geometry.meshes.measure import volumes
+from grammarlab.geometry.meshes.measure import areas, volumes
 from grammarlab.language.grammar import Grammar
 
 L_SHAPE = np.array([[0.0, 0, 12], [8, 0, 12], [8, 0, 22], [26, 0, 22], [26, 0, 0], [0, 0, 0]])
@@ -59,3 +59,14 @@ def test_an_envelope_of_a_concave_lot_lies_between_its_walls_and_its_height(angl
 def test_an_envelope_without_height_is_the_lot():
     forest = derive(Grammar.parse("Lot --> envelope(normal, 0, 1, 45) X"), 1, 1)
     assert forest.leaves.size.tolist() == [[20.0, 0.0, 20.0]]
+
+
+def test_faces_follow_the_edges_and_the_scope_keeps_its_axes():
+    rule = "Lot --> extrude(3) comp(f) { top : envelope(world.up, 9, 3, 60, 3, 60, 3, 60) comp(f) { all : A } }"
+    lot = np.array([[0, 0, 0], [0, 0, 20], [30, 0, 20], [30, 0, 0.0]])
+    forest = derive(Grammar.parse(rule), 1, 1, footprint=lot)
+    sides = areas(scaled(forest.meshes.take(forest.leaves.mesh), forest.leaves.size))
+    # from the runtime: the ground, the wall and the slope of each edge, the top
+    assert sides == pytest.approx([600, 60, 114.564, 90, 183.846, 60, 114.564, 90, 183.846, 301.590], abs=1e-3)
+    whole = derive(Grammar.parse(rule.replace("comp(f) { all : A }", "A")), 1, 1, footprint=lot)
+    assert whole.leaves.size[0] == pytest.approx([20.0, 30.0, 9.0])

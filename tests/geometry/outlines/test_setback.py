@@ -157,3 +157,11 @@ def test_no_meshes_give_no_pieces():
     nothing = lots([LOT]).take(np.zeros(0, int))
     result = setback(nothing, np.zeros(0))
     assert (len(result.meshes), len(result.group)) == (0, 0)
+
+
+def test_a_reflex_corner_beside_an_edge_that_stays_is_a_corner_of_the_remainder():
+    outline = np.array([[0, 0, 0], [0, 0, 12], [8, 0, 12], [8, 0, 22], [26, 0, 22], [26, 0, 0.0]])
+    lot = Meshes.from_polygons(outline, np.array([6]))
+    remainder = setback(lot, np.array([0.0, 3, 0, 3, 0, 0])).meshes
+    lengths = np.linalg.norm(measure.corner_edges(remainder), axis=1)[remainder.face_offsets[-2] :]
+    assert lengths == pytest.approx([9, 8, 3, 7, 18, 19, 26])  # from the runtime
