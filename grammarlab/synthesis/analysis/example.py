@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.lattice import Lattice, lattice
 from grammarlab.synthesis.analysis.panes import panes_of
 from grammarlab.synthesis.analysis.unit_kinds import label_grid
 from grammarlab.synthesis.analysis.wall_elements import WallElements, bare_of, elements_of
+from grammarlab.synthesis.analysis.wall_openings import openings_of, tilt_of
 from grammarlab.synthesis.analysis.walls import BEFORE, BEHIND, PIXELS, Wall, walls_of
 from grammarlab.synthesis.label_grid import LabelGrid
 from grammarlab.synthesis.mesh.bending import Bend, bend_of
@@ -27,6 +28,8 @@ _COARSE_PIXELS = 40_000
 """Pixels of the maps that determine the vertical axis."""
 _ENTRANCE_FACTOR = 1.5
 """Factor on the number of units of a wall with an entrance, for the choice of the main wall."""
+_TILT_DIGITS = 4
+"""Decimals of rotations, radians: less is the same one."""
 _MAX_ROTATIONS = 3
 """Number of rotations of a building to walls that are not quite square to the others."""
 _MIN_PANE_RATIO = 2
@@ -160,19 +163,23 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
     return replace(example, notes=notes)
 
 
-def _walls(surface: Surface, num_pixels: int = PIXELS) -> list[tuple[Wall, WallElements]]:
+def _walls(surface: Surface, patches: Ints, num_pixels: int = PIXELS) -> list[tuple[Wall, WallElements]]:
     """The walls of all sides, from maps of this many pixels, and their elements.
 
-    Panes are elements if walls have hardly any relief, or if most elements in relief contain a pane near the plane of
-    their wall.
+    Openings are elements, and what is in relief around them; where no wall has openings, panes are if walls have hardly
+    any relief, or if most elements in relief contain a pane near the plane of their wall.
     """
     walls: list[tuple[Wall, WallElements]] = []
-    panes: list[WallElements] = []
+    panes, openings = list[WallElements](), list[WallElements]()
     for side in range(len(SIDES)):
         corners = seen_from(side, surface.points)[surface.triangles]
-        for wall in walls_of(surface, side, num_pixels):
+        of_side = walls_of(surface, side, num_pixels)
+        openings += openings_of(of_side, corners, patches)
+        for wall in of_side:
             walls.append((wall, elements_of(wall, corners)))
             panes.append(panes_of(wall, corners, surface.triangles, walls[-1][1]))
+    if any(len(found.low) for found in openings):
+        return [(wall, relief.with_openings(found)) for (wall, relief), found in zip(walls, openings, strict=True)]
     num = sum(len(relief.low) for _, relief in walls)
     num_glazed = sum(int(relief.contains_any(flat).sum()) for (_, relief), flat in zip(walls, panes, strict=True))
     if sum(len(flat.low) for flat in panes) <= _MIN_PANE_RATIO * num and (not num or 2 * num_glazed < num):
@@ -201,9 +208,9 @@ def _upright_building(mesh: ExampleMesh, stand: Floats) -> _UprightBuilding:
         stand = np.eye(3)
     turn = turn_to_walls(surface) @ stand
     straight = mesh.surface if bend is None else surface
-    best, tilts = _rotated(straight, turn, bend)
+    best, tilts = _rotated(straight, mesh.flat_patches, turn, bend)
     for _ in range(_MAX_ROTATIONS if bend is None else 0):
-        others = [_rotated(straight, rotation(tilt) @ best.turn, bend) for tilt in tilts]
+        others = [_rotated(straight, mesh.flat_patches, rotation(tilt) @ best.turn, bend) for tilt in tilts]
         other, tilts = max(others, key=lambda candidate: candidate[0].num_elements, default=(best, []))
         if other.num_elements < best.num_elements or other is best:
             break
@@ -211,18 +218,23 @@ def _upright_building(mesh: ExampleMesh, stand: Floats) -> _UprightBuilding:
     return best
 
 
-def _rotated(straight: Surface, turn: Floats, bend: Bend | None) -> tuple[_UprightBuilding, list[float]]:
+def _rotated(straight: Surface, patches: Ints, turn: Floats, bend: Bend | None) -> tuple[_UprightBuilding, list[float]]:
     """The rotated building, and further rotations, radians, that would make some of its walls square to a view."""
     surface = straight.moved(straight.points @ turn.T)
-    walls = _walls(surface, _COARSE_PIXELS)
-    tilts = [tilt for wall, _ in walls if (tilt := wall.tilt())]
+    walls = _walls(surface, patches, _COARSE_PIXELS)
+    tilts = {round(wall.tilt(), _TILT_DIGITS) for wall, _ in walls}
+    for side in range(len(SIDES)):
+        corners = seen_from(side, surface.points)[surface.triangles]
+        of_side = [wall for wall, _ in walls if wall.side == side]
+        tilts |= {round(tilt_of(wall, corners, patches), _TILT_DIGITS) for wall in of_side}
+    tilts = sorted(tilts - {0.0})
     return _UprightBuilding(surface, turn, bend, sum(len(elements.low) for _, elements in walls)), tilts
 
 
 def _analysed(mesh: ExampleMesh, stood: _UprightBuilding) -> Example:
     """The building with its units."""
     surface, turn, bend = stood.surface, stood.turn, stood.bend
-    regions = _regions(surface)
+    regions = _regions(surface, mesh.flat_patches)
     if not regions:
         return Example(mesh, surface, turn, (), (), bend)
     if bend is not None:
@@ -254,15 +266,18 @@ def _weight(region: Region) -> float:
     return len(region.elements) * (_ENTRANCE_FACTOR if entered else 1.0)
 
 
-def _regions(surface: Surface) -> list[Region]:
+def _regions(surface: Surface, patches: Ints) -> list[Region]:
     regions = []
-    for wall, elements in _walls(surface):
+    for wall, elements in _walls(surface, patches):
         if not len(elements.low):
             continue
         low, high = bare_of(wall)
-        low, high = np.minimum(low, elements.low.min(axis=0)), np.maximum(high, elements.high.max(axis=0))
+        low, high = (
+            np.minimum(low, elements.whole[:, 0].min(axis=0)),
+            np.maximum(high, elements.whole[:, 1].max(axis=0)),
+        )
         columns, rows = (
-            lattice(elements.low[:, axis], elements.high[:, axis], low[axis], high[axis]) for axis in (0, 1)
+            lattice(elements.whole[:, 0, axis], elements.whole[:, 1, axis], low[axis], high[axis]) for axis in (0, 1)
         )
         if max(len(columns), len(rows)) > MOST_LINES:
             continue

@@ -53,7 +53,7 @@ def panes_of(wall: Wall, corners: Floats, triangles: Ints, relief: WallElements)
         near = (boxes[:, None, 0] <= relief.high + 2.0 * NEAR) & (boxes[:, None, 1] >= relief.low - 2.0 * NEAR)
         boxes = boxes[~(near.all(axis=2) & ~within).any(axis=1)]
     if not _MIN_FREQUENCY <= len(boxes) <= _MAX_RECTANGLES:
-        return WallElements(np.zeros((0, 2)), np.zeros((0, 2)))
+        return WallElements.of(np.zeros((0, 2, 2)))
     size = boxes[:, 1] - boxes[:, 0]
     equal = np.all(np.abs(size[:, None] - size[None]) <= slack, axis=2)
     adjacent = _within(boxes, 2.0 * NEAR) & ~_parts(boxes, slack)
@@ -134,7 +134,7 @@ def _parts_joined(boxes: Floats) -> WallElements:
     low, high = np.full((num, 2), np.inf), np.full((num, 2), -np.inf)
     np.minimum.at(low, group, boxes[:, 0])
     np.maximum.at(high, group, boxes[:, 1])
-    return WallElements(low, high)
+    return WallElements.of(np.stack([low, high], axis=1))
 
 
 def _groups(pairs: Ints, num: int) -> Ints:

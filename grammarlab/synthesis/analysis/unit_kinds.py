@@ -13,8 +13,10 @@ from grammarlab.synthesis.analysis.wall_elements import WallElements, off_plane
 from grammarlab.synthesis.analysis.walls import Wall
 from grammarlab.synthesis.label_grid import LabelGrid
 
-_SIZE_TOLERANCE_M, _NOISE_FACTOR = 0.02, 4.0
+_SIZE_TOLERANCE_M, _NOISE_FACTOR = 0.03, 4.0
 """Largest difference of elements of equal units, in metres, and as a multiple of the noise."""
+_MOST_EXAMPLES = 8
+"""Largest number of cells of a kind that others are compared with."""
 _CELL_TOLERANCE = 0.2
 """Largest relative difference of cells of equal units; units are scaled to the size of their row and column."""
 _DEPTH_TOLERANCE_M, _DEPTH_NOISE_FACTOR = 0.03, 5.0
@@ -51,23 +53,51 @@ def label_grid(wall: Wall, elements: WallElements, columns: Lattice, rows: Latti
     """The label of each cell, with names by appearance: window, door, shop, wall, unit."""
     cells = _cells(wall, elements, columns, rows)
     labels = np.zeros((len(rows), len(columns)), dtype=np.int64)
-    leaders: list[tuple[_Cell, bool]] = []
     # Inner cells come first: cells at an end are compared with them, since their own size is cut off by the wall.
     ends = [(row in (0, len(rows) - 1)) + (column in (0, len(columns) - 1)) for row, column in np.ndindex(labels.shape)]
+    kinds = list[list[_Cell]]()
     for index in np.argsort(ends, kind="stable").tolist():
         row, column = divmod(index, len(columns))
-        cell = cells[row][column]
-        number = next((k for k, (leader, _) in enumerate(leaders) if _equal(cell, leader, wall.noise)), len(leaders))
-        labels[row, column] = number
-        if number == len(leaders):
-            leaders.append((cell, row == 0))
-    return LabelGrid.from_labels(labels, _names([_name(cell, low, wall) for cell, low in leaders]))
+        labels[row, column] = _joined(cells[row][column], kinds, labels, wall.noise, is_inner=ends[index] == 0)
+    used, labels = np.unique(labels, return_inverse=True)
+    lowest = set(labels.reshape(len(rows), -1)[0].tolist())
+    names = [_name(kinds[number][0], low in lowest, wall) for low, number in enumerate(used.tolist())]
+    return LabelGrid.from_labels(labels.reshape(len(rows), -1), _names(names))
+
+
+def _joined(cell: _Cell, kinds: list[list[_Cell]], labels: Ints, noise: float, *, is_inner: bool) -> int:
+    """The kind of a cell; sizes that a person measured differ a little, so an inner cell between two kinds joins them.
+
+    Args:
+        cell: the cell.
+        kinds: some cells of each kind so far; it is changed.
+        labels: the kinds of all cells so far; those of joined kinds are changed.
+        noise: deviation of points, metres.
+        is_inner: whether the cell is at no end of the wall.
+    """
+    equal = [number for number, members in enumerate(kinds) if any(_equal(cell, other, noise) for other in members)]
+    if not equal:
+        kinds.append([cell])
+        return len(kinds) - 1
+    first, *others = equal
+    if is_inner:
+        for number in others:
+            labels[labels == number] = first
+            kinds[first] += kinds[number]
+            kinds[number] = []
+    kinds[first] = [*kinds[first], cell][:_MOST_EXAMPLES]
+    return first
+
+
+def _sizes(cell: _Cell) -> Floats:
+    """[K, 2] width and height of its elements, metres."""
+    return cell.boxes[:, 2:] - cell.boxes[:, :2]
 
 
 def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) -> list[list[_Cell]]:
     off, map_ = off_plane(wall), wall.map
     depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
-    around = 1 + 2 * int(np.ceil(1.0 + _EDGE_NOISE_FACTOR * wall.noise / map_.step))
+    around = 1 + 2 * int(np.ceil(1.0 + (_SIZE_TOLERANCE_M + _EDGE_NOISE_FACTOR * wall.noise) / map_.step))
     depths = np.stack([depth, ndimage.minimum_filter(depth, around), ndimage.maximum_filter(depth, around)])
     # Noise can move an element beyond the line where it ends.
     inside = _EDGE_NOISE_FACTOR * wall.noise
@@ -92,12 +122,14 @@ def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) 
 
 
 def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
-    if len(a.boxes) != len(b.boxes) or (np.abs(a.size - b.size) > _CELL_TOLERANCE * np.maximum(a.size, b.size)).any():
+    if len(a.boxes) != len(b.boxes):
         return False
-    if len(a.boxes):
-        sizes = [cell.boxes[:, 2:] - cell.boxes[:, :2] for cell in (a, b)]
-        if np.abs(sizes[0] - sizes[1]).max() > _SIZE_TOLERANCE_M + _NOISE_FACTOR * noise:
-            return False
+    if not len(a.boxes) and not a.off.any() and not b.off.any():
+        return True  # a flat wall has any size
+    if (np.abs(a.size - b.size) > _CELL_TOLERANCE * np.maximum(a.size, b.size)).any():
+        return False
+    if len(a.boxes) and np.abs(_sizes(a) - _sizes(b)).max() > _SIZE_TOLERANCE_M + _NOISE_FACTOR * noise:
+        return False
     before = np.minimum(a.anchor, b.anchor)
     after = np.minimum(a.off.shape - a.anchor, b.off.shape - b.anchor)
     if (before + after <= 0).any():

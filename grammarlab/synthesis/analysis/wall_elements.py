@@ -15,7 +15,7 @@ _MIN_OFFSET_M, _NOISE_FACTOR = 0.02, 4.0
 """Least distance from the plane of a wall, in metres, and as a multiple of the noise."""
 NEAR = 0.06
 """Largest distance between parts of one element, metres."""
-_MIN_SIDE_M, _MIN_AREA_M2 = 0.15, 0.05
+MIN_SIDE_M, MIN_AREA_M2 = 0.15, 0.05
 """Least side, metres, and least area, square metres, of an element."""
 _MIN_HOLE_SHARE = 0.65
 """Least part of its box that a hole through a wall fills; other holes are missing triangles."""
@@ -38,6 +38,24 @@ class WallElements:
     """[E, 2] lower left corners, metres, in the coordinates of the wall's view."""
     high: Floats
     """[E, 2] upper right corners, metres."""
+    whole: Floats
+    """[E, 2, 2] low and high corners of the elements with the sills, frames and shutters that touch them, metres."""
+
+    @classmethod
+    def of(cls, boxes: Floats) -> WallElements:
+        """Elements of boxes [E, 2, 2] that nothing touches."""
+        return cls(boxes[:, 0], boxes[:, 1], boxes)
+
+    def take(self, chosen: Flags) -> WallElements:
+        """Some of the elements."""
+        return WallElements(self.low[chosen], self.high[chosen], self.whole[chosen])
+
+    def __add__(self, others: WallElements) -> WallElements:
+        return WallElements(
+            np.concatenate([self.low, others.low]),
+            np.concatenate([self.high, others.high]),
+            np.concatenate([self.whole, others.whole]),
+        )
 
     def contains_any(self, others: WallElements) -> Flags:
         """[E] whether an element contains the centre of one of the others."""
@@ -50,10 +68,19 @@ class WallElements:
 
     def with_panes(self, panes: WallElements) -> WallElements:
         """These elements and panes; a pane replaces the element around it, and the elements inside it."""
-        retained = ~self.contains_any(panes) & ~np.any(panes.contains(self), axis=0)
-        return WallElements(
-            np.concatenate([self.low[retained], panes.low]), np.concatenate([self.high[retained], panes.high])
-        )
+        return self.take(~self.contains_any(panes) & ~np.any(panes.contains(self), axis=0)) + panes
+
+    def with_openings(self, openings: WallElements) -> WallElements:
+        """The openings, and these elements as far as they touch none: sills, frames and shutters belong to theirs."""
+        away = (self.low[:, None] > openings.high + 2.0 * NEAR) | (self.high[:, None] < openings.low - 2.0 * NEAR)
+        touches = ~np.any(away, axis=2)
+        whole = openings.whole.copy()
+        # What touches several openings, such as a balcony before two of them, is part of none.
+        for element in np.flatnonzero(np.sum(touches, axis=1) == 1).tolist():
+            opening = int(touches[element].argmax())
+            whole[opening, 0] = np.minimum(whole[opening, 0], self.low[element])
+            whole[opening, 1] = np.maximum(whole[opening, 1], self.high[element])
+        return self.take(~np.any(touches, axis=1)) + WallElements(openings.low, openings.high, whole)
 
 
 def slack_of(wall: Wall) -> float:
@@ -111,7 +138,7 @@ def elements_of(wall: Wall, corners: Floats) -> WallElements:
     behind = long & ~(wall.map.depth > wall.depth)
     beneath, _ = _boxes(behind & ~(np.abs(wall.map.depth - band_of(wall)) <= slack_of(wall)), wall, corners)
     boxes = np.array([*boxes, *beneath]).reshape(-1, 2, 2)
-    return WallElements(boxes[:, 0], boxes[:, 1])
+    return WallElements.of(boxes)
 
 
 def _boxes(mask: Flags, wall: Wall, corners: Floats) -> tuple[list[Floats], Flags]:
@@ -132,7 +159,7 @@ def _boxes(mask: Flags, wall: Wall, corners: Floats) -> tuple[list[Floats], Flag
         if _is_long(low, high, map_.depth[extent][component], wall, float(corners[..., 1].min())):
             long[extent] |= component
             continue
-        if (high - low).min() < _MIN_SIDE_M or component.sum() * map_.step**2 < _MIN_AREA_M2:
+        if (high - low).min() < MIN_SIDE_M or component.sum() * map_.step**2 < MIN_AREA_M2:
             continue
         through = wall.map.depth[extent][component] < wall.depth - BEHIND
         if through.mean() > 0.5 and component.sum() < _MIN_HOLE_SHARE * component.size:
@@ -146,7 +173,7 @@ def _boxes(mask: Flags, wall: Wall, corners: Floats) -> tuple[list[Floats], Flag
         else:
             triangles = np.unique(map_.triangle[extent][component])
         points = corners[triangles[triangles >= 0], :, :2].reshape(-1, 2)
-        boxes.append(np.stack([_exact(side, points, map_.step, wall.noise) for side in (low, high)]))
+        boxes.append(np.stack([exact(side, points, map_.step, wall.noise) for side in (low, high)]))
     return boxes, long
 
 
@@ -167,7 +194,12 @@ def _is_long(low: Floats, high: Floats, depth: Floats, wall: Wall, ground: float
     return width or (height and not entrance)
 
 
-def _exact(side: Floats, points: Floats, step: float, noise: float) -> Floats:
+def is_too_long(low: Floats, high: Floats, wall: Wall) -> bool:
+    """Whether an opening from one corner [2] to another is rather a gap of the wall: across most of its width."""
+    return bool((high - low)[0] > LONGEST * (wall.high - wall.low)[0])
+
+
+def exact(side: Floats, points: Floats, step: float, noise: float) -> Floats:
     """[2] the mean of the coordinates near each side, or the side itself if there are none."""
     exact = side.copy()
     for axis in range(2):

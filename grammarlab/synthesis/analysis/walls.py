@@ -40,7 +40,7 @@ _SD_PER_MEDIAN_DEVIATION = 1.4826
 """Ratio of the standard deviation to the median deviation of normal noise; robust against windows near the plane."""
 _MIN_GROUND_SHARE = 0.5
 """Least share of the width of a wall that its ground floor covers."""
-_MAX_TILT_M = 0.1
+MAX_TILT_M = 0.1
 """Largest change of depth of a wall from end to end, metres."""
 _MAX_WALLS = 6
 """Largest number of walls of one side."""
@@ -92,12 +92,12 @@ class Wall:
 
     def tilt(self) -> float:
         """Rotation about the vertical axis that makes it square to the view, radians; 0 if it has no effect."""
-        flat = self.mask & (np.abs(self.map.depth - self.depth) <= _MAX_TILT_M)
+        flat = self.mask & (np.abs(self.map.depth - self.depth) <= MAX_TILT_M)
         x = np.nonzero(flat)[1] * self.map.step
         depth = self.map.depth[flat]
         x = x - x.mean()
         slope = float((x * (depth - depth.mean())).sum() / max((x**2).sum(), 1e-12))
-        return -float(np.arctan(slope)) if abs(slope) * (self.high[0] - self.low[0]) > _MAX_TILT_M else 0.0
+        return -float(np.arctan(slope)) if abs(slope) * (self.high[0] - self.low[0]) > MAX_TILT_M else 0.0
 
 
 def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
@@ -163,14 +163,14 @@ def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
     width, height = (int(extent) for extent in np.maximum(np.ceil(size / step), 1))
     depth = np.full(width * height, -np.inf)
     triangle = np.full(width * height, -1, dtype=np.int64)
-    for rows, pixel, value in _covered(corners, low, step, width, height):
+    for rows, pixel, value in covered(corners, low, step, width, height):
         np.maximum.at(depth, pixel, value)
         nearest = value == depth[pixel]
         triangle[pixel[nearest]] = rows[nearest]
     return DepthMap(depth.reshape(height, width), triangle.reshape(height, width), low, step)
 
 
-def _covered(corners: Floats, low: Floats, step: float, width: int, height: int) -> Iterator[tuple[Ints, Ints, Floats]]:
+def covered(corners: Floats, low: Floats, step: float, width: int, height: int) -> Iterator[tuple[Ints, Ints, Floats]]:
     """Triangles, the pixels with centres inside them and depths there, in chunks of triangles, by row of pixels."""
     flat = (corners[:, :, :2] - low) / step - 0.5
     (ax, ay), (bx, by), (cx, cy) = flat.transpose(1, 2, 0)

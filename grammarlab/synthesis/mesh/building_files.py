@@ -7,17 +7,19 @@ Written files have one primitive per material over shared points, so that closed
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from grammarlab.arrays import Ints
 from grammarlab.assets.mesh_files import NeighbourFiles, read_parts
 from grammarlab.assets.mesh_parts import MeshPart, joined
 from grammarlab.errors import AssetError, FacadeError
 from grammarlab.facade.values import read_bounded
 from grammarlab.files import write_bytes
+from grammarlab.synthesis.mesh.flat_patches import patches_of
 from grammarlab.synthesis.mesh.solids import united
 from grammarlab.synthesis.mesh.surface import Color, Surface, turns, welded, without_slivers
 
@@ -48,6 +50,9 @@ class ExampleMesh:
     """Whether the file defines materials."""
     num_read: int
     """Number of triangles in the file."""
+    patches: Ints
+    """[2, T] number of the patch of each triangle (`grammarlab.synthesis.mesh.flat_patches`): of the points of the file, and
+    of merged points."""
 
 
 def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
@@ -69,6 +74,7 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     num = len(triangles)
     colors = list(dict.fromkeys(part.color or _GREY for part in parts))
     material = np.concatenate([np.full(len(part.triangles), colors.index(part.color or _GREY)) for part in parts])
+    patch = patches_of(points, triangles, material)
     used = points[triangles.ravel()]
     low, high = used.min(axis=0), used.max(axis=0)
     extent = float((high - low).max())
@@ -79,11 +85,18 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
         )
     origin = np.round((low + high) / 2.0)
     tolerance = _TOLERANCE * extent
-    surface = welded(Surface(points - origin, triangles, material), tolerance)
+    # Patches take the place of materials, so that they stay with their triangles through all of this.
+    surface = welded(Surface(points - origin, triangles, patch), tolerance)
     surface = without_slivers(_once(united(surface, tolerance)), tolerance)
     if not len(surface):
         raise FacadeError(f"{path.name}: all of its triangles are empty.")
-    return ExampleMesh(surface, origin, tuple(colors), any(part.color for part in parts), num)
+    of_patch = np.zeros(int(patch.max()) + 1, dtype=np.int64)
+    of_patch[patch] = material
+    patch, surface = surface.material, replace(surface, material=of_patch[surface.material])
+    # Where walls are many polygons, those that meet in one plane are a patch as well.
+    planes = patches_of(surface.points, surface.triangles, surface.material)
+    has_materials = any(part.color for part in parts)
+    return ExampleMesh(surface, origin, tuple(colors), has_materials, num, np.stack([patch, planes]))
 
 
 def write_glb(surface: Surface, colors: Sequence[Color], path: Path) -> Path:
