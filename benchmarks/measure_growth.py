@@ -26,6 +26,10 @@ from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
+from grammarlab.learning.designs.design_tables import DesignTables
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.designs.pool import Pool, PoolDesigns
+from grammarlab.learning.round import Study, init
 from grammarlab.scene import realize
 from grammarlab.scene.triangles import triangles
 
@@ -37,6 +41,8 @@ _ROUNDS = 3
 """Turns of two checkouts."""
 _STOREYS = (6, 12, 24, 48, 96)
 _BATCHES = (1, 16, 64, 256)
+_POOL = 20_000
+"""Designs of a pool: four times the usual number."""
 
 
 def cpu_seconds(job: Callable[[], object]) -> float:
@@ -69,6 +75,18 @@ def of_shipped(name: str, num_models: int) -> Callable[[], Forest]:
     return lambda: derive(program, num_models, 1, assets=assets)
 
 
+def of_pool(name: str) -> dict[str, float]:
+    """Milliseconds a design of a pool of a shipped grammar: made, and its features counted."""
+    space, pool = GrammarSpace(load(_GRAMMARS / f"{name}.cga"), _GRAMMARS / "assets"), Pool(0, _POOL)
+    study = Study(space, pool)
+    designs, columns = study.tables().pool_designs, init(study).columns
+    jobs: dict[str, Callable[[], object]] = {
+        "made": lambda: PoolDesigns.of(space, pool),
+        "counted": lambda: DesignTables(space, designs, study.settings.features).table(columns),
+    }
+    return {f"{name}, pool of {_POOL:,}, {what}": 1e3 * cpu_seconds(job) / _POOL for what, job in jobs.items()}
+
+
 def measured() -> dict[str, float]:
     """Milliseconds a model of each case."""
     cases: dict[str, tuple[Callable[[], Forest], int]] = {}
@@ -76,13 +94,15 @@ def measured() -> dict[str, float]:
         cases |= {f"{name}, batch of {number}": (of_text(text, number), number) for number in (1, 16)}
     cases["75 leaves, one model"] = (of_text(SMALL, 1), 1)
     for name in ("building", "skyscraper", "toy"):
-        cases |= {f"{name}, batch of {number:,}": (of_shipped(name, number), number) for number in (1, 64, 1000)}
+        cases |= {
+            f"{name}, batch of {number:,}": (of_shipped(name, number), number) for number in (1, 64, 1000, 10_000)
+        }
     result = {name: 1e3 * cpu_seconds(job) / number for name, (job, number) in cases.items()}
     dressed = of_text(DRESSED, 16)
     result["4,700 leaves of few meshes, batch of 16, triangles"] = (
         1e3 * cpu_seconds(lambda: triangles(realize(dressed()))) / 16
     )
-    return result
+    return result | of_pool("building")
 
 
 def growth() -> dict[str, float]:

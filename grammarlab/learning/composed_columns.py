@@ -31,7 +31,7 @@ def composed_columns(
         scores: [n] their scores.
         options: the known columns.
     """
-    table = space.vocabulary(designs, options).apply(designs)
+    _, table = space.tabulated(designs, options)
     known = table.counts.toarray()
     candidates = space.candidates(designs)
     new = np.flatnonzero(~_same(candidates.values, known))

@@ -39,8 +39,8 @@ def path_length(
     counted = replace(features, families=tuple(family for family in features.families if family != "draws"))
     scores = [(indices[again], values[again]) for indices, values in scores for again in (_is_repeated(values),)]
     for length in range(features.path_length, max(features.path_length, space.longest_path) + 1):
-        vocabulary = space.vocabulary(designs, replace(counted, path_length=length))
-        rows = np.column_stack([vocabulary.apply(designs).rows(), composed])
+        _, table = space.tabulated(designs, replace(counted, path_length=length))
+        rows = np.column_stack([table.rows(), composed])
         number = sum(num_conflicts(rows[indices], values) for indices, values in scores)
         if fewest < 0 or number < fewest:
             fewest, best = number, length

@@ -228,7 +228,7 @@ def _heard(tables: DesignTables[Designs], answers: Answers, columns: Columns, se
         return Heard(answers, len(answers.designs))
     rows, inverse = np.unique(table_rows(tables, columns, answers.scored), return_inverse=True)
     designs = tables.designs(rows, columns.elsewhere)
-    known = tables.space.vocabulary(designs, settings.features).apply(designs).rows()
+    known = tables.space.tabulated(designs, settings.features)[1].rows()
     values = np.column_stack([known, tables.space.values(designs, columns.extra)])[inverse.reshape(-1)]
     return heard(answers, values, np.array(columns.prices))
 

@@ -115,7 +115,8 @@ def features_of_all_keys(vocabulary):
 @given(SEEDS, st.floats(0, 1))
 def test_every_column_met_holds_what_its_feature_counts(seed, depth):
     forest = random_forest(np.random.default_rng(seed), 3, 15, depth)
-    vocabulary, counts = vocabularies._find((forest,), EVERYTHING)
+    vocabulary = Vocabulary.find(forest, EVERYTHING)
+    counts = vocabularies._collect(forest, vocabulary.labels, EVERYTHING, vocabulary.index, grow=False).counts
     np.testing.assert_allclose(counts.toarray(), count(forest, features_of_all_keys(vocabulary)), rtol=1e-15)
 
 

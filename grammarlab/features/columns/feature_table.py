@@ -52,11 +52,12 @@ def distinguishable(counts: sparse.csr_array, order: Ints) -> Ints:
     models = np.arange(num_models, dtype=np.int64)
     weights = np.stack([fold(root_keys(0, models), salt) for salt in (0, 1)])
     # Other columns are compared by their bits: only equal columns are equivalent.
-    is_integer = np.bincount(counts.indices, weights=counts.data % 1.0 != 0.0, minlength=width) == 0
-    bits = np.where(is_integer[counts.indices], counts.data.astype(np.int64), counts.data.view(np.int64)).astype(
-        np.uint64
+    bits = counts.data.astype(np.int64)
+    is_integer = np.bincount(counts.indices[bits != counts.data], minlength=width) == 0
+    np.copyto(bits, counts.data.view(np.int64), where=~is_integer[counts.indices])
+    hashes = (
+        sparse.csr_array((bits.view(np.uint64), counts.indices, counts.indptr), shape=(num_models, width)).T @ weights.T
     )
-    hashes = sparse.csr_array((bits, counts.indices, counts.indptr), shape=(num_models, width)).T @ weights.T
     first = counts[[0], :].toarray()[0] if num_models else np.zeros(width)
     first = np.where(is_integer, first.astype(np.int64), first.view(np.int64)).astype(np.uint64)
     hashes -= first[:, None] * weights.sum(axis=1, dtype=np.uint64)

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Floats, Ints, offsets_from_counts
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError, check_type
 from grammarlab.features.columns.column_keys import Meaning
@@ -112,7 +112,19 @@ class Vocabulary:
         Raises:
             UsageError: If the columns of a forest are not trees.
         """
-        return _find(_listed(forests), options or Options())[0]
+        return cls.find_with_table(forests, options)[0]
+
+    @classmethod
+    def find_with_table(
+        cls, forests: Forest | Sequence[Forest], options: Options | None = None
+    ) -> tuple[Vocabulary, FeatureTable]:
+        """`find`, and the table that `apply` would make of the same models, which are counted once.
+
+        Raises:
+            UsageError: If the columns of a forest are not trees.
+        """
+        vocabulary, values = _find(_listed(forests), options or Options())
+        return vocabulary, vocabulary._table(values)
 
     def apply(self, forests: Forest | Sequence[Forest]) -> FeatureTable:
         """Table of any models. Features outside the vocabulary are not counted.
@@ -121,11 +133,12 @@ class Vocabulary:
             UsageError: If the columns of a forest are not trees.
         """
         tallies = [_collect(forest, self.labels, self.options, self.index, grow=False) for forest in _listed(forests)]
-        return self._table(_stacked(tallies, len(self.index)).counts)
+        counts = _stacked(tallies, len(self.index)).counts
+        return self._table(_flattened(counts[:, self.columns], self.present))
 
-    def _table(self, counts: sparse.csr_array) -> FeatureTable:
+    def _table(self, values: sparse.csr_array) -> FeatureTable:
         return FeatureTable(
-            counts=_flattened(counts[:, self.columns], self.present),
+            counts=values,
             features=self.features,
             names=self.names,
             groups=self.groups,
@@ -142,8 +155,7 @@ def extract(forests: Forest | Sequence[Forest], options: Options | None = None) 
     >>> gl.extract([forest]).rows().shape
     (8, 1)
     """
-    vocabulary, counts = _find(_listed(forests), options or Options())
-    return vocabulary._table(counts)
+    return Vocabulary.find_with_table(forests, options)[1]
 
 
 def _listed(forests: Forest | Sequence[Forest]) -> tuple[Forest, ...]:
@@ -157,7 +169,7 @@ def _listed(forests: Forest | Sequence[Forest]) -> tuple[Forest, ...]:
 
 
 def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sparse.csr_array]:
-    """A vocabulary, and the counts [models, len(index)] that it was found on."""
+    """A vocabulary, and the values [models, F] that it was found on."""
     labels, index = NodeLabels.of(forests), KeyIndex()
     tallies = [_collect(forest, labels, options, index, grow=True) for forest in forests]
     counts, repeated = _stacked(tallies, len(index))
@@ -166,6 +178,7 @@ def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sp
     flat = _flattened(counts, present)
     order = sorted(range(len(index)), key=lambda column: (bool(present[column]), *_rank(index.keys[column], meaning)))
     columns = distinguishable(flat, np.array(order, dtype=np.int64))
+    values = flat[:, columns]
     keys = [index.keys[column] for column in columns]
     features = tuple(_wrapped(meaning.feature(key), bool(present[c])) for key, c in zip(keys, columns, strict=True))
     names = ColumnNames(labels, meaning)
@@ -181,9 +194,9 @@ def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sp
         names=_unique([names.column(key, feature) for key, feature in zip(keys, features, strict=True)], features),
         groups=np.array([numbers[group] for group in groups], dtype=np.int64),
         group_names=tuple(names.group(group) for group in numbers),
-        scales=_scales(flat[:, columns], [key[0] == "draw" for key in keys]),
+        scales=_scales(values, [key[0] == "draw" for key in keys]),
     )
-    return vocabulary, counts
+    return vocabulary, values
 
 
 def _rank(key: Key, meaning: Meaning) -> tuple:
@@ -220,7 +233,8 @@ def _scales(values: sparse.csr_array, drawn: Sequence[bool]) -> Floats:
 
 def _flattened(counts: sparse.csr_array, present: NDArray[np.bool_]) -> sparse.csr_array:
     """Counts; columns of presence have 0 and 1."""
-    data = np.where(present[counts.indices] & (counts.data > 0.0), 1.0, counts.data)
+    data = counts.data.copy()
+    data[present[counts.indices] & (data > 0.0)] = 1.0
     return sparse.csr_array((data, counts.indices, counts.indptr), shape=size_of(counts))
 
 
@@ -238,10 +252,20 @@ def _collect(forest: Forest, labels: NodeLabels, options: Options, index: KeyInd
         tallies += [count_branches(trees, index, grow), measure_draws(trees, index, grow)]
     columns = index.columns((("extra", number) for number in range(len(options.extra))), grow)
     tallies.append(columns_of(count(trees, options.extra), columns, len(index)))
-    total = sparse.csr_array((forest.num_models, len(index)), dtype=np.float64)
-    for part in tallies:
-        total += _widened(part.counts, len(index))
-    return Tally(total, _any([part.repeated for part in tallies], len(index)))
+    counts = _merged([part.counts for part in tallies], len(index))
+    return Tally(counts, _any([part.repeated for part in tallies], len(index)))
+
+
+def _merged(parts: Sequence[sparse.csr_array], width: int) -> sparse.csr_array:
+    """The sum of tables of the same models that have no column in common."""
+    ends = np.cumsum([np.diff(part.indptr) for part in parts], axis=0)
+    offsets = offsets_from_counts(ends[-1])
+    data, columns = np.empty(offsets[-1]), np.empty(offsets[-1], np.int32)
+    for part, end in zip(parts, ends, strict=True):
+        lengths = np.diff(part.indptr)
+        rows = np.repeat(offsets[:-1] + end - lengths - part.indptr[:-1], lengths) + np.arange(len(part.data))
+        data[rows], columns[rows] = part.data, part.indices
+    return sparse.csr_array((data, columns, offsets), shape=(len(offsets) - 1, width))
 
 
 def _stacked(tallies: Sequence[Tally], width: int) -> Tally:

@@ -52,10 +52,12 @@ class NodeLabels:
             number = bare.numbers(forest)
             for label, child, symbol in _successors_in(forest, number):
                 successors[label][child] = symbol
-            rewritten = np.flatnonzero(number < len(rules))
-            logarithms = _rule_draws(forest)[rewritten]
-            for power in range(3):
-                moments[power] += np.bincount(number[rewritten], weights=logarithms**power, minlength=len(rules) + 1)
+            moments[0] += np.bincount(number, minlength=bare.unknown + 1)[: len(rules) + 1]
+            logarithms = _rule_draws(forest)
+            drawn_rows = np.flatnonzero((logarithms != 0.0) & (number < len(rules)))
+            for power in (1, 2):
+                weights = logarithms[drawn_rows] ** power
+                moments[power] += np.bincount(number[drawn_rows], weights=weights, minlength=len(rules) + 1)
         _, mean, square = moments[:, :-1] / np.maximum(moments[0, :-1], 1.0)
         chances = np.where(square - mean**2 <= _MAX_VARIANCE, np.exp(mean), np.nan)
         ordered = tuple(dict(sorted(children.items())) for children in successors)

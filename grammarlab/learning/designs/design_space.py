@@ -129,6 +129,13 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
     def vocabulary(self, designs: Sequence[Designs], features: FeatureOptions) -> DesignColumns[Designs]:
         """Columns that distinguish designs."""
 
+    def tabulated(
+        self, designs: Sequence[Designs], features: FeatureOptions
+    ) -> tuple[DesignColumns[Designs], FeatureTable]:
+        """The columns of `vocabulary`, and the table of the same designs."""
+        columns = self.vocabulary(designs, features)
+        return columns, columns.apply(designs)
+
     def candidates(self, designs: Sequence[Designs]) -> Candidates:
         """What a person may like about designs: columns of one language, each with a price, whatever the scores are.
 

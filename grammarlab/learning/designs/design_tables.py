@@ -157,8 +157,8 @@ class DesignTables(Generic[Designs]):
     ) -> tuple[DesignColumns[Designs], FeatureTable, Floats]:
         """The columns of the vocabulary: of the pool and elsewhere, and the rows of the others."""
         designs = (*self.pool_designs.batches, *self._elsewhere(elsewhere))
-        vocabulary = self.space.vocabulary(designs, replace(self._features, path_length=path_length))
-        return vocabulary, vocabulary.apply(designs), vocabulary.apply(self._others).rows()
+        vocabulary, table = self.space.tabulated(designs, replace(self._features, path_length=path_length))
+        return vocabulary, table, vocabulary.apply(self._others).rows()
 
     def _measure(self, feature: Feature) -> tuple[Floats, float]:
         """[m] scaled values of a feature composed of others, and the scale: its standard deviation, at least 1."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.assets.mesh_files import AssetFolder
-from grammarlab.derivation.derive import derive, derive_chunks
+from grammarlab.derivation.derive import LotOptions, derive, derive_chunks
 from grammarlab.derivation.expressions import number_grammar
 from grammarlab.derivation.forest import Forest, origin_of, way_to
 from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
@@ -22,6 +22,7 @@ from grammarlab.derivation.state.width_attribute import STREET_WIDTH
 from grammarlab.errors import UsageError, shown
 from grammarlab.features.acceptance import Acceptance
 from grammarlab.features.accepted_grammar import AcceptedGrammar
+from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Feature
@@ -43,6 +44,8 @@ from grammarlab.tastes.attribute_readers import readers_of
 from grammarlab.tastes.basic_quantities import Elements, Readers
 from grammarlab.tastes.language import Candidates, candidates
 
+_NODES_PER_BATCH = 1_200_000
+"""Approximate number of nodes of a batch of a pool, a budget: some 130 MB while it has geometry."""
 _BATCH_MODELS = 1_000
 """Number of accepted models per batch."""
 RATE_MODELS = 2_000
@@ -130,7 +133,10 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Forest]:
         program = self.proposal.program if flat else self.program
         if self.acceptance is None:
-            for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder):
+            options: LotOptions = {"first_model": first}
+            for forest in derive_chunks(
+                program, num, seed, nodes_per_chunk=_NODES_PER_BATCH, assets=self.folder, **options
+            ):
                 yield without_geometry(forest)
             return
         for start in range(first, first + num, _BATCH_MODELS):
@@ -155,6 +161,9 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return select_models(designs, indices)
 
     def vocabulary(self, designs: Sequence[Forest], features: FeatureOptions) -> Vocabulary:
+        return self.tabulated(designs, features)[0]
+
+    def tabulated(self, designs: Sequence[Forest], features: FeatureOptions) -> tuple[Vocabulary, FeatureTable]:
         families = features.families
         options = Options(
             length=features.path_length,
@@ -164,7 +173,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             adjacent_pairs="siblings" in families,
             repeats="count" if "counts" in families else "present",
         )
-        return Vocabulary.find(designs, options)
+        return Vocabulary.find_with_table(designs, options)
 
     def candidates(self, designs: Sequence[Forest]) -> Candidates:
         return candidates(Elements.of(designs, self._readers))

@@ -301,13 +301,14 @@ class _ParquetFile:
         """The file, to which nothing is added any more."""
         self._compress()
         if self._writer is not None:
+            self._writer.add_key_value_metadata(self._metadata)
             self._writer.close()
         return self._buffer.getvalue().to_pybytes()
 
     def _compress(self) -> None:
         if not self._tables:
             return
-        table = pa.concat_tables(self._tables).replace_schema_metadata(self._metadata)
+        table = pa.concat_tables(self._tables)
         self._tables.clear()
         self._writer = self._writer or pq.ParquetWriter(
             self._buffer, table.schema, compression=_CODEC, compression_level=_LEVEL, store_schema=False

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import re
 import tracemalloc
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from grammarlab.errors import AssetError, UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.randomness import root_keys
 from grammarlab.runs.sample.grammar_models import summarize_reports
+from grammarlab.runs.sample.model_rows import FORMAT
 from grammarlab.runs.sample.models import models_of
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shard_plan import ShardPlan, file_name
@@ -73,6 +75,23 @@ def test_rows_are_those_of_the_derivations(tmp_path: Path):
     plan = json.loads((tmp_path / "run.json").read_text())
     assert (plan["complete"], plan["machine"]) == (True, this_machine().as_json())
     assert [site["kind"] for site in plan["legend"]["sites"]] == [site.kind for site in forest.sites]
+
+
+def test_the_page_of_clusters_describes_every_column_and_its_type(tmp_path: Path):
+    """Columns are found by name and type, or by the part before a dot for those of symbols and parameters."""
+    page = (Path(__file__).parents[3] / "docs" / "grammars" / "clusters.md").read_text()
+    assert f"Version {FORMAT} of the columns" in page
+    rows = [line.split("|")[1:3] for line in page.splitlines() if line.startswith("| `")]
+    types = {name: cells[1].strip() for cells in rows for name in re.findall(r"`([\w.]+)`", cells[0])}
+    for request in (REQUEST, SampleRequest.of("birch", num_models=1, image=False)):
+        sample_shards(request, tmp_path / request.name, shard_models=25)
+        schema = pq.read_schema(tmp_path / request.name / "shards" / file_name(0))
+        assert schema.metadata[b"grammarlab.format"] == str(FORMAT).encode()
+        for field in schema:
+            name = field.name if field.name in types else f"{field.name.partition('.')[0]}.SYMBOL"
+            if field.name.startswith(("position.", "parameter.", "kind", "heading")):
+                continue  # described in a sentence
+            assert str(field.type).partition("<")[0] in types[name], field
 
 
 def test_what_is_finished_stays_and_what_is_missing_is_made(tmp_path: Path):
