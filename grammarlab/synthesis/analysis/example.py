@@ -208,9 +208,9 @@ def _upright_building(mesh: ExampleMesh, stand: Floats) -> _UprightBuilding:
         stand = np.eye(3)
     turn = turn_to_walls(surface) @ stand
     straight = mesh.surface if bend is None else surface
-    best, tilts = _rotated(straight, mesh.flat_patches, turn, bend)
+    best, tilts = _rotated(straight, mesh.patches, turn, bend)
     for _ in range(_MAX_ROTATIONS if bend is None else 0):
-        others = [_rotated(straight, mesh.flat_patches, rotation(tilt) @ best.turn, bend) for tilt in tilts]
+        others = [_rotated(straight, mesh.patches, rotation(tilt) @ best.turn, bend) for tilt in tilts]
         other, tilts = max(others, key=lambda candidate: candidate[0].num_elements, default=(best, []))
         if other.num_elements < best.num_elements or other is best:
             break
@@ -234,7 +234,7 @@ def _rotated(straight: Surface, patches: Ints, turn: Floats, bend: Bend | None) 
 def _analysed(mesh: ExampleMesh, stood: _UprightBuilding) -> Example:
     """The building with its units."""
     surface, turn, bend = stood.surface, stood.turn, stood.bend
-    regions = _regions(surface, mesh.flat_patches)
+    regions = _regions(surface, mesh.patches)
     if not regions:
         return Example(mesh, surface, turn, (), (), bend)
     if bend is not None:

@@ -19,7 +19,7 @@ from grammarlab.assets.mesh_parts import MeshPart, joined
 from grammarlab.errors import AssetError, FacadeError
 from grammarlab.facade.values import read_bounded
 from grammarlab.files import write_bytes
-from grammarlab.synthesis.mesh.flat_patches import patches_of
+from grammarlab.synthesis.mesh.file_faces import patches_of
 from grammarlab.synthesis.mesh.solids import united
 from grammarlab.synthesis.mesh.surface import Color, Surface, turns, welded, without_slivers
 
@@ -51,8 +51,8 @@ class ExampleMesh:
     num_read: int
     """Number of triangles in the file."""
     patches: Ints
-    """[2, T] number of the patch of each triangle (`grammarlab.synthesis.mesh.flat_patches`): of the points of the file, and
-    of merged points."""
+    """[2, T] number of the patch of each triangle (`grammarlab.synthesis.mesh.file_faces`): by the points of the file
+    and by merged points."""
 
 
 def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
