@@ -1,5 +1,8 @@
 """How many cases a run tries: a fifth of the bulk in an ordinary run, all of them once a week.
 
+Tests that take seconds of several processes, such as a browser and its server, take turns too (`takes_turns`): each is
+in the runs of every fifth week. What keeps a person's data is in all.
+
 Fuzzers and comparisons with solvers try many cases of one kind. An ordinary run tries a fifth of them, another one each
 calendar week; `make test-all` tries all. ``GRAMMARLAB_CASES=2`` tries the fifth of that number again.
 """
@@ -12,7 +15,9 @@ from datetime import UTC, datetime
 from functools import wraps
 from itertools import count
 from typing import Any, TypeVar
+from zlib import crc32
 
+import pytest
 from hypothesis import settings
 
 PARTS = 5
@@ -60,6 +65,16 @@ def bulk(max_examples: int, **options: Any) -> Callable[[Test], Test]:
         return chosen
 
     return limited
+
+
+def takes_turns(test: Test) -> Test:
+    """A dear test: ordinary runs of every fifth week try it, `make test-all` always does; so does a run of it alone."""
+    return pytest.mark.takes_turns(test)
+
+
+def is_due(name: str, chosen: int | None = PART) -> bool:
+    """Whether a test with this name that takes turns is tried."""
+    return chosen is None or crc32(name.encode()) % PARTS == chosen
 
 
 def _every_fifth(test: Test, chosen: int) -> Test:

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from grammarlab.runs.work.compiled import keep_compiled
+from tests.cases import is_due
 
 # On a busy machine everything is slow, which is no fault of a test.
 settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -26,6 +27,16 @@ sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # What one test has compiled is not compiled again by another one, nor by the processes that it starts.
 keep_compiled()
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out dear tests whose turn it is not, unless the files or tests to run were named."""
+    if config.option.keyword or any(".py" in argument for argument in config.args):
+        return
+    waiting = [item for item in items if item.get_closest_marker("takes_turns") and not is_due(item.name)]
+    if waiting:
+        config.hook.pytest_deselected(items=waiting)
+        items[:] = [item for item in items if item not in set(waiting)]
 
 
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:

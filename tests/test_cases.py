@@ -5,7 +5,7 @@ from hypothesis import given, seed, settings
 from hypothesis import strategies as st
 
 from tests import cases
-from tests.cases import PARTS, bulk, part, some
+from tests.cases import PARTS, bulk, is_due, part, some
 
 
 @pytest.mark.parametrize("num", [1, 4, 5, 6, 25, 300])
@@ -58,3 +58,11 @@ def test_a_week_chooses_a_part_unless_one_is_asked_for():
 
 def test_examples_are_repeatable_unless_new_ones_are_asked_for():
     assert settings().derandomize or settings().max_examples == 1000
+
+
+def test_dear_tests_are_each_in_the_runs_of_one_week_in_five():
+    names = [f"test_{number}" for number in range(200)]
+    turns = [[name for name in names if is_due(name, chosen)] for chosen in range(PARTS)]
+    assert sorted(name for turn in turns for name in turn) == sorted(names)
+    assert all(turns)
+    assert all(is_due(name, None) for name in names)

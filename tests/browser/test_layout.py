@@ -25,7 +25,7 @@ from grammarlab.runs.sample.shipped import examples_folder
 from tests.browser.chromium import CHROMIUM
 from tests.browser.in_process import Closable, PageThread
 from tests.browser.scoring.test_widget import RENDER
-from tests.cases import some
+from tests.cases import some, takes_turns
 from tests.layers.samples import RESIDENTIAL
 from tests.synthesis.houses import house
 
@@ -134,6 +134,7 @@ def sampled(pages: dict[str, Page], width: int, frames: int) -> dict[str, dict[s
     return {name: page.evaluate("window.sample") for name, page in pages.items()}
 
 
+@takes_turns
 def test_sizes_are_a_function_of_the_window_alone(pages: dict[str, Page]) -> None:
     watched = some(WIDTHS)
     upwards = {width: sampled(pages, width, FRAMES if width in watched else FEW_FRAMES) for width in WIDTHS}

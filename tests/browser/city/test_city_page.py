@@ -15,7 +15,7 @@ from grammarlab.runs.city.parcel_reading import read_parcel_table
 from tests.browser.in_process import PageThread
 from tests.browser.late import FROM_THE_FIRST_STATE, deaf
 from tests.browser.scoring.test_page import contrast
-from tests.cases import some
+from tests.cases import some, takes_turns
 from tests.pages.city.small_city import write_city
 from tests.pages.city.test_city_viewer import REBUILD
 
@@ -66,6 +66,7 @@ def middle(page: Page) -> tuple[float, float]:
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
+@takes_turns
 def test_a_building_is_chosen_changed_and_scored(opened: Callable[..., Page], tmp_path: Path) -> None:
     # By keys, before the parcels are there: the next building but one; then the same building by a click on it.
     page = opened(script=FROM_THE_FIRST_STATE)
@@ -113,6 +114,7 @@ def test_a_building_is_chosen_changed_and_scored(opened: Callable[..., Page], tm
     loaded(page)
 
 
+@takes_turns
 def test_parcels_are_found_and_walked_to(opened: Callable[..., Page]) -> None:
     page = opened()
     find = page.get_by_role("searchbox", name="Find a parcel by its id")
@@ -143,6 +145,7 @@ def test_parcels_are_found_and_walked_to(opened: Callable[..., Page]) -> None:
 
 
 @pytest.mark.parametrize("scheme", some(["light", "dark"]))
+@takes_turns
 def test_a_phone_shows_all_and_words_stand_out(opened: Callable[..., Page], scheme: str, tmp_path: Path) -> None:
     first, second = read_parcel_table(tmp_path / "city" / "parcels.parquet").id[:2]
     page = opened(color_scheme=scheme, **PHONE)

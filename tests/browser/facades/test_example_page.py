@@ -15,6 +15,7 @@ from grammarlab.synthesis.analysis.correction import corrected
 from grammarlab.synthesis.analysis.example import analyse
 from grammarlab.synthesis.mesh.building_files import read_mesh
 from tests.browser.in_process import PageThread
+from tests.cases import takes_turns
 from tests.synthesis.houses import house
 from tests.waiting import wait_until
 
@@ -45,6 +46,7 @@ def walls(tmp_path: Path) -> dict[str, Any]:
     return {wall["name"]: wall for wall in json.loads((tmp_path / "example.json").read_text())["walls"]}
 
 
+@takes_turns
 def test_labels_are_corrected_saved_and_gone_on_with(
     opened: Callable[[], Page], building: Path, tmp_path: Path
 ) -> None:
@@ -76,6 +78,7 @@ def test_labels_are_corrected_saved_and_gone_on_with(
     expect(again.locator(".ex-saved")).to_contain_text("saved to")
 
 
+@takes_turns
 def test_a_building_is_tried_and_mistakes_are_said(opened: Callable[[], Page]) -> None:
     page = opened()
     expect(page.locator(".ex-cell")).to_have_count(12)

@@ -23,6 +23,7 @@ from tests.browser.in_process import PageThread
 from tests.browser.late import deaf
 from tests.browser.scoring.test_page import contrast
 from tests.browser.scoring.test_touch import Hand
+from tests.cases import takes_turns
 
 FACADES = examples_folder() / "facades"
 WINDOWS = "french window"
@@ -101,6 +102,7 @@ def test_the_top_is_dragged_up_and_a_drag_that_is_cancelled_leaves_nothing(house
     assert house.size() == (11.6, pytest.approx(16.2, abs=0.06))
 
 
+@takes_turns
 def test_shift_keeps_the_shape_of_the_whole(house: EditorPage):
     metre = house.metre()
     x, y = house.hold(house.width)
@@ -160,6 +162,7 @@ def test_clicks_take_parts_out_of_the_grid_and_put_them_back(house: EditorPage):
     house.expect_grid(WINDOWS, 3, 4)
 
 
+@takes_turns
 def test_locked_sizes_stay_and_what_contradicts_them_is_said_and_not_done(house: EditorPage):
     house.page.mouse.click(*house.element(0))
     house.button("Lock part width").click()

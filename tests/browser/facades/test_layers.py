@@ -18,7 +18,7 @@ from tests.browser.in_process import PageThread
 from tests.browser.late import deaf
 from tests.browser.scoring.test_page import contrast
 from tests.browser.scoring.test_touch import Hand
-from tests.cases import some
+from tests.cases import some, takes_turns
 from tests.layers.samples import RESIDENTIAL
 
 
@@ -81,6 +81,7 @@ def opened(windows: Any, tmp_path: Path) -> Iterator[Callable[..., DesignPage]]:
         server.close()
 
 
+@takes_turns
 def test_the_layout_follows_the_side_that_is_dragged_and_stays_where_it_cannot(opened: Callable[..., DesignPage]):
     house = opened()
     expect(house.counters).to_have_text("k = 2")
@@ -111,6 +112,7 @@ def test_the_layout_follows_the_side_that_is_dragged_and_stays_where_it_cannot(o
     expect(house.counters).to_have_text("k = 4")  # the best of several, once all are found
 
 
+@takes_turns
 def test_layers_masks_flags_and_layouts_are_chosen_and_exported(opened: Callable[..., DesignPage], tmp_path: Path):
     house = opened()
     house.page.get_by_role("checkbox", name="door").uncheck()
@@ -137,6 +139,7 @@ def test_layers_masks_flags_and_layouts_are_chosen_and_exported(opened: Callable
     assert "door" not in load_facade(tmp_path / "mine.facade.json").labels
 
 
+@takes_turns
 def test_the_text_is_edited_with_its_mistakes_beside_it_and_outlives_the_server(windows: Any, tmp_path: Path):
     (tmp_path / "house.toml").write_text(RESIDENTIAL, encoding="utf-8")
     server = DesignServer(str(tmp_path / "house.toml"), tmp_path / "mine.toml")

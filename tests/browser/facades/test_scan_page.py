@@ -16,6 +16,7 @@ from grammarlab.matching.scenes import SceneOptions, rectangles
 from grammarlab.pages.matcher import PAGE, Matcher
 from grammarlab.pages.scan_desk import ScanDesk
 from tests.browser.in_process import PageThread
+from tests.cases import takes_turns
 
 
 @pytest.fixture
@@ -31,6 +32,7 @@ def page(windows: Any, target: Path) -> Iterator[Page]:
     server.close()
 
 
+@takes_turns
 def test_what_a_person_says_is_saved_and_matched_again(page: Page, target: Path):
     settled = page.get_by_text(f"saved in {target}")
     box = [page.get_by_role("button", name=re.compile(rf"^element {each}:")) for each in range(4)]

@@ -6,9 +6,11 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import ScoringPage
+from tests.cases import takes_turns
 from tests.waiting import wait_until
 
 
+@takes_turns
 def test_scores_are_taken_away_one_by_one_and_pictures_grow_and_turn(towers: ScoringPage):
     page = towers.page
     scored = page.get_by_role("list", name="Scored models").get_by_role("listitem")

@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import Server
+from tests.cases import takes_turns
 
 
 @pytest.fixture
@@ -49,6 +50,7 @@ def test_a_page_with_unsaved_scores_asks_before_it_is_left(opened, mortal):
     asked.value.accept()
 
 
+@takes_turns
 def test_two_windows_agree(opened, server):
     first, second = opened(server.address), opened(server.address)
     first.cell(3).click()

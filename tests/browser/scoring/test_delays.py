@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.browser.driver import Server
 from tests.browser.late import deaf
+from tests.cases import takes_turns
 
 
 @pytest.fixture(scope="module")
@@ -61,6 +62,7 @@ def score_of_first(page, factor):
     return page.scores()[0]
 
 
+@takes_turns
 def test_a_score_goes_to_the_factor_that_was_seen_while_another_becomes_active(towers):
     towers.cell(0).click()
     with deaf(towers.page):
@@ -74,6 +76,7 @@ def test_a_score_goes_to_the_factor_that_was_seen_while_another_becomes_active(t
     assert score_of_first(towers, "overall") == "70"
 
 
+@takes_turns
 def test_presses_count_from_the_press_before_though_it_is_not_confirmed(towers):
     with deaf(towers.page):
         tab(towers, "roof").click()
@@ -86,6 +89,7 @@ def test_presses_count_from_the_press_before_though_it_is_not_confirmed(towers):
     expect(towers.cell(0)).to_be_visible()
 
 
+@takes_turns
 def test_a_score_goes_to_the_factor_that_was_seen_though_it_is_called_otherwise_by_now(towers, opened, server):
     other = opened(server.address)
     with deaf(towers.page):
@@ -99,6 +103,7 @@ def test_a_score_goes_to_the_factor_that_was_seen_though_it_is_called_otherwise_
     assert score_of_first(towers, "overall two") == "60"
 
 
+@takes_turns
 def test_a_score_for_a_factor_that_was_deleted_is_refused_in_words(towers, opened, server):
     other = opened(server.address)
     with deaf(towers.page):
@@ -115,6 +120,7 @@ def test_a_score_for_a_factor_that_was_deleted_is_refused_in_words(towers, opene
 
 
 @pytest.mark.parametrize("act", ["rename", "delete"])
+@takes_turns
 def test_a_menu_stays_about_the_factor_that_it_names_while_another_becomes_active(towers, act):
     with deaf(towers.page):
         tab(towers, "roof").click()

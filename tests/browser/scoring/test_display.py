@@ -13,7 +13,7 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.runs.sample.trace import as_values, trace_model
 from tests.browser.driver import Server
 from tests.browser.late import deaf
-from tests.cases import some
+from tests.cases import some, takes_turns
 
 
 def tile_width(towers):
@@ -32,6 +32,7 @@ def test_buttons_zoom_in_and_out_and_show_all_again(towers):
 
 
 @pytest.mark.parametrize(("size", "least"), some([((1440, 900), 200), ((1100, 800), 150), ((400, 800), 150)]))
+@takes_turns
 def test_pictures_are_large_enough_to_judge_and_none_is_cut_at_a_side(opened, server, size, least):
     shown = opened(server.address, size=size)
     boxes = [shown.cell(position).bounding_box() for position in range(shown.cells.count())]
@@ -41,6 +42,7 @@ def test_pictures_are_large_enough_to_judge_and_none_is_cut_at_a_side(opened, se
     assert max(box["x"] + box["width"] for box in boxes) <= stage["x"] + stage["width"]
 
 
+@takes_turns
 def test_the_wheel_with_ctrl_zooms_where_the_mouse_is(towers):
     tile = towers.cell(21)
     before = tile.bounding_box()
@@ -87,6 +89,7 @@ def test_bars_can_be_switched_off(towers):
     expect(bars).to_be_hidden()
 
 
+@takes_turns
 def test_grids_grow_to_ten_by_ten_and_all_pictures_come(towers):
     def lay(name, count):
         towers.page.get_by_role("button", name="Grid").click()
@@ -107,6 +110,7 @@ def test_grids_grow_to_ten_by_ten_and_all_pictures_come(towers):
     lay("2 of 4 × 4", 32)
 
 
+@takes_turns
 def test_a_double_click_shows_the_model_in_3d(towers):
     towers.cell(3).dblclick()
     dialog = towers.page.get_by_role("dialog")
@@ -124,6 +128,7 @@ def test_a_double_click_shows_the_model_in_3d(towers):
     expect(towers.cell(3)).to_be_focused()
 
 
+@takes_turns
 def test_the_3d_view_is_used_by_keys_alone(towers):
     towers.cell(4).focus()
     towers.press("Enter")
@@ -144,6 +149,7 @@ def test_the_3d_view_is_used_by_keys_alone(towers):
     assert towers.scores()[4:6] == ["", "60"]
 
 
+@takes_turns
 def test_a_click_into_the_3d_view_shows_the_rule_of_the_part_there(towers):
     look_at(towers, 4)
     before = shown(towers)
@@ -169,6 +175,7 @@ def test_a_click_into_the_3d_view_shows_the_rule_of_the_part_there(towers):
     expect_other_picture(towers, marked)
 
 
+@takes_turns
 def test_the_rules_of_all_parts_are_reached_by_keys_and_by_buttons(towers):
     look_at(towers, 4)
     before = shown(towers)
@@ -185,6 +192,7 @@ def test_the_rules_of_all_parts_are_reached_by_keys_and_by_buttons(towers):
     towers.press("Escape")
 
 
+@takes_turns
 def test_a_finger_asks_for_the_rule_of_a_part(opened, server):
     touched = opened(server.address, has_touch=True, color_scheme="dark", size=(420, 760))
     look_at(touched, 0)
@@ -243,6 +251,7 @@ def expect_other_picture(towers, before):
     pytest.fail("the 3D view shows the same as before")
 
 
+@takes_turns
 def test_a_mesh_that_is_not_there_is_told_once_and_again_when_the_page_is_loaded_again(opened, tmp_path):
     rules = tmp_path / "house.cga"
     rules.write_text('Lot --> i("oak.obj") A')

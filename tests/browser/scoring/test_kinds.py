@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import Server, settle
-from tests.cases import some
+from tests.cases import some, takes_turns
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +75,7 @@ def choose_scale(towers, name):
     expect(towers.button(name)).to_have_attribute("aria-pressed", "true")
 
 
+@takes_turns
 def test_stars_and_thumbs_by_buttons_and_keys_stand_beside_scores(towers, tmp_path):
     towers.cell(0).click()
     towers.press("7")
@@ -115,6 +116,7 @@ def test_stars_and_thumbs_by_buttons_and_keys_stand_beside_scores(towers, tmp_pa
     choose_scale(towers, "0–100")
 
 
+@takes_turns
 def test_a_star_takes_the_place_of_a_score_and_undo_brings_that_back(towers):
     towers.cell(3).click()
     towers.press("6")
@@ -133,6 +135,7 @@ def test_a_star_takes_the_place_of_a_score_and_undo_brings_that_back(towers):
     assert towers.scores()[3] == ""
 
 
+@takes_turns
 def test_the_scale_is_kept_in_this_browser(towers):
     towers.cell(0).click()
     towers.press("t")
@@ -143,6 +146,7 @@ def test_the_scale_is_kept_in_this_browser(towers):
     expect(towers.button("0–100")).to_have_attribute("aria-pressed", "true")
 
 
+@takes_turns
 def test_pairs_are_answered_by_keys_and_corrected(pairs, tmp_path):
     first = names(pairs)
     assert len(set(first)) == 2
@@ -174,6 +178,7 @@ def test_pairs_are_answered_by_keys_and_corrected(pairs, tmp_path):
     expect(pairs.page.locator(".gl-hint").first).to_contain_text("Score some models")
 
 
+@takes_turns
 def test_a_click_or_a_finger_on_a_model_prefers_it(opened, server):
     towers = opened(server.address, has_touch=True, size=(390, 800))
     towers.button("Compare").tap()
@@ -227,6 +232,7 @@ def test_pairs_and_grids_by_a_key_and_both_models_in_3d(towers):
     expect(towers.page.locator(".gl-cell:focus")).to_have_count(1)
 
 
+@takes_turns
 def test_other_pairs_come_when_all_are_answered_and_an_update_learns_from_them(pairs):
     before = set()
     for _ in range(8):

@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import ScoringPage, Server
+from tests.cases import takes_turns
 from tests.waiting import wait_until
 
 
@@ -69,6 +70,7 @@ def test_an_update_shows_new_models_with_bars_a_chart_and_reasons(learned):
     expect(fill).not_to_have_css("transform", "matrix(0, 0, 0, 1, 0, 0)")
 
 
+@takes_turns
 def test_models_come_in_all_ways(learned):
     learned.page.get_by_role("button", name="by ").click()
     assert learned.page.get_by_role("radio").count() == 8
@@ -89,12 +91,14 @@ def test_models_come_in_all_ways(learned):
     assert len(set(learned.models())) == len(learned.models())
 
 
+@takes_turns
 def test_already_ranked_shows_scored_models_with_their_scores(learned):
     populate(learned, "surprising")
     expect(learned.page.locator(".gl-cell .gl-score:not(:empty)")).to_have_count(32)
     populate(learned, "default")
 
 
+@takes_turns
 def test_models_are_sorted_by_what_is_predicted(learned):
     shown = sorted(learned.models())
     sort(learned, "Predicted score highest first")

@@ -9,6 +9,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.driver import settle
+from tests.cases import takes_turns
 
 LUMINANCE = """
 (element) => {
@@ -119,6 +120,7 @@ def test_everything_has_a_role_and_a_name(towers):
     expect(towers.page.get_by_role("status").filter(has_text="saved")).to_be_visible()
 
 
+@takes_turns
 def test_tab_goes_through_the_page_and_every_stop_can_be_seen(towers):
     seen, where = [], "() => document.activeElement.ariaLabel || document.activeElement.textContent"
     towers.button("Undo").focus()

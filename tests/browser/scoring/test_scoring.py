@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from playwright.sync_api import expect
 
+from tests.cases import takes_turns
+
 
 def box(locator):
     found = locator.bounding_box()
@@ -104,6 +106,7 @@ def test_a_score_out_of_range_is_not_taken(towers):
     assert towers.scores()[0] == ""
 
 
+@takes_turns
 def test_a_key_hands_on_to_the_next_model_unless_switched_off(towers):
     towers.cell(0).click()
     towers.press("1", "2", "3")

@@ -13,6 +13,7 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.pages.scoring.session import Session
 from grammarlab.runs.sample.sources import load_source
 from tests.browser.driver import Server
+from tests.cases import takes_turns
 from tests.pages.scoring.windows import Window, shown_models
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
@@ -81,6 +82,7 @@ def rounded(share: float) -> float:
 
 
 @pytest.mark.parametrize("person", ["tastes/tuning/symmetric_toy"], indirect=True)
+@takes_turns
 def test_the_page_and_python_reach_the_same_density(person, opened, tmp_path):
     grammar = person.source.scenario.grammar
     server = Server(grammar, tmp_path / "page.db").start()

@@ -7,7 +7,7 @@ import math
 import pytest
 from playwright.sync_api import expect
 
-from tests.cases import some
+from tests.cases import some, takes_turns
 
 
 class Hand:
@@ -93,6 +93,7 @@ def test_fingers_that_wander_together_while_they_pinch_take_the_models_along(tou
     assert middle(zoomed) == pytest.approx((x - 20, y - 60), abs=8)
 
 
+@takes_turns
 def test_a_finger_scrolls_and_a_second_one_then_zooms(touched, zoomed):
     x, y = middle(zoomed)
     hand = Hand(touched.page)

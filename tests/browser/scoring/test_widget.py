@@ -6,6 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.scoring.test_page import contrast
+from tests.cases import takes_turns
 
 RENDER = """
 async () => {
@@ -89,6 +90,7 @@ def test_text_can_be_read_in_the_themes_of_jupyterlab(opened, server, theme):
         assert contrast(towers.page.locator(part).first) >= 4.5, part
 
 
+@takes_turns
 def test_the_page_lives_in_a_shadow_tree_as_well(opened, server):
     """Some notebooks keep each output in one, with styles of its own."""
     towers = opened(server.address)
