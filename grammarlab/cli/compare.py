@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, say
+from grammarlab.cli.numbers import divergence_share
 from grammarlab.cli.sample import complete_grammar
 
 if TYPE_CHECKING:
@@ -71,23 +72,27 @@ def _as_json(result: Comparison) -> dict[str, Any]:
 
 def _print_summary(result: Comparison) -> None:
     if result.js is not None:
-        say(f"divergence: {result.js:.4g} nats{', as trees of ' * bool(result.origin)}{result.origin}")
+        origin = f", as trees of {result.origin}" * bool(result.origin)
+        say(f"distance: {divergence_share(result.js)}{origin} (100%: no model in common)")
+    elif result.are_strangers:
+        say("these grammars share nothing: no symbol of one occurs in the models of the other")
     else:
         say(
-            f"divergence: about {result.at_least:.3g} nats or more, from the counts of one shared symbol. The exact "
-            "value needs a grammar made from the other, or two made from a grammar that grammarlab can find"
+            f"distance: about {divergence_share(result.at_least)} or more, from the counts of one shared symbol. The "
+            "exact value needs a grammar made from the other, or two made from a grammar that grammarlab can find"
         )
-    if not (result.choices or result.numbers or result.differences):
+    if not result.are_strangers and not (result.choices or result.numbers or result.differences):
         say("no choice or number differs significantly")
     for choice in result.choices:
-        say(f"  {choice.js:.3f} nats  {choice.symbol} (line {choice.line})")
+        say(f"  {divergence_share(choice.js):>6}  {choice.symbol} (line {choice.line})")
         for branch in sorted(choice.branches, key=lambda branch: -abs(branch.second - branch.first))[:_MAX_LISTED]:
             say(f"      {branch.first:6.1%} -> {branch.second:6.1%}  {branch.makes}")
     for number in result.numbers:
-        say(f"  {number.js:.3f} nats  {number.attribute}: {number.first:.4g} on average -> {number.second:.4g}")
+        means = f"{number.first:.4g} on average -> {number.second:.4g}"
+        say(f"  {divergence_share(number.js):>6}  {number.attribute}: {means}")
     for symbol in () if result.choices or result.numbers else result.differences:
         shares = f"{symbol.first:.1%} of the first, {symbol.second:.1%} of the second"
-        say(f"  {symbol.js:.3f} nats  {symbol.symbol}: in {shares}")
+        say(f"  {divergence_share(symbol.js):>6}  {symbol.symbol}: in {shares}")
     for ordinal, symbols in (("first", result.only_first), ("second", result.only_second)):
         if symbols:
             more = f" and {len(symbols) - _MAX_LISTED} more" if len(symbols) > _MAX_LISTED else ""

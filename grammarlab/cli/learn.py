@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import log
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -10,6 +9,7 @@ import typer
 
 from grammarlab.cli.console import Scheduler, friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
+from grammarlab.cli.numbers import divergence_share
 from grammarlab.cli.sample import complete_grammar
 from grammarlab.files import check_overwrites
 
@@ -206,16 +206,15 @@ def _truth_as_json(truth: TrueDensity | None) -> dict[str, Any]:
     return {"scenario": values}
 
 
-def _share(js: float) -> str:
-    """A divergence for people: 0 % for the same models, 100 % for files without a model in common."""
-    return f"{js / log(2.0):.2%}" if js < 0.01 * log(2.0) else f"{js / log(2.0):.0%}"
+def _differs(name: str, js: float, js_before: float) -> str:
+    return f"differs from {name} by {divergence_share(js)}, the original by {divergence_share(js_before)}"
 
 
 def _truth_as_lines(truth: TrueDensity | None) -> list[str]:
     if truth is None:
         return []
     after, before = truth.after.js, truth.before.js
-    return [f"differs from scenario {truth.scenario} by {_share(after)}, the original by {_share(before)}"]
+    return [_differs(f"scenario {truth.scenario}", after, before)]
 
 
 def _as_json(result: LearnResult) -> dict[str, Any]:
@@ -235,7 +234,7 @@ def _as_json(result: LearnResult) -> dict[str, Any]:
 def _as_lines(result: LearnResult) -> list[str]:
     return [
         *_size(result.learned, result.file),
-        f"differs from the target by {_share(result.js)}, the original by {_share(result.js_before)}",
+        _differs("the target", result.js, result.js_before),
         *_notes(result.learned),
     ]
 
@@ -277,14 +276,18 @@ def _rate_as_json(learned: Learned[Any]) -> dict[str, float]:
 def _labels_as_lines(result: LabelsResult) -> list[str]:
     density = result.density
     after, before = density.measured.after.js, density.measured.before.js
-    taught = f"differs from what {result.num_labels} labels taught by {_share(after)}"
+    taught = f"differs from what {result.num_labels} labels taught by {divergence_share(after)}"
     return [
         *_size(result.learned, result.file),
-        f"{taught}, the original by {_share(before)} (100%: no model in common)",
-        *(f"  {_share(step.js)} {step.name}" for step in density.steps),
+        f"{taught}, the original by {divergence_share(before)} (100%: no model in common)",
+        *(f"  {divergence_share(step.js)} {step.name}" for step in density.steps),
         *_truth_as_lines(result.truth),
         *density.predicted.words.lines,
-        *([] if result.gain is None else [f"16 more scores are expected to change it by {_share(result.gain)}"]),
+        *(
+            []
+            if result.gain is None
+            else [f"16 more scores are expected to change it by {divergence_share(result.gain)}"]
+        ),
         f"features: {', '.join(density.names) or 'none: all models are liked equally'}",
         *(f"note: factor {name} is left out: all its scores are 0" for name in result.left_out),
         *(f"note: {note}" for note in density.notes),
@@ -316,7 +319,7 @@ def _examples_as_lines(result: ExamplesResult) -> list[str]:
     moved = f"the original differs from what {result.num_examples:,} examples taught by"
     lines = [
         *_size(result.learned, result.file),
-        f"{moved} {_share(result.measured.before.js)}",
+        f"{moved} {divergence_share(result.measured.before.js)}",
     ]
     if held_out is not None:
         lines.append(

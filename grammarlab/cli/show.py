@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from grammarlab.language.grammar import Grammar
     from grammarlab.language.syntax.syntax_tree import Attribute, Rule
 
+_WIDEST = 30
+"""Letters of a name that are always in one line."""
 _OF_A_MODEL = {
     "seed": "--seed",
     "attributes": "--attr",
@@ -124,11 +126,11 @@ def show(
             return
         console = Console()
         console.print(Text(printable(_summary(parsed, symbols))))
+        if parsed.rules:
+            console.print(_rule_table(parsed.rules.values(), symbols))
         free = [attribute for attribute in parsed.attributes.values() if not attribute.constant]
         if free:
             console.print(_attribute_table(free))
-        if parsed.rules:
-            console.print(_rule_table(parsed.rules.values(), symbols))
 
 
 def _require_model(context: typer.Context, free: Container[str] = ()) -> None:
@@ -178,9 +180,10 @@ def _attribute_table(attributes: list[Attribute]) -> Table:
 
     from grammarlab.language.syntax.printing import expression, value
 
-    table = Table(title="Attributes", title_justify="left")
-    for heading in ("Attribute", "Value", "Range", "Group", "Description"):
-        table.add_column(heading, overflow="fold")
+    table = Table(title="Attributes", title_justify="left", expand=True)
+    _add_names(table, "Attribute", (attribute.name for attribute in attributes))
+    for heading in ("Value", "Range", "Group", "Description"):
+        table.add_column(heading, overflow="fold", ratio=2 if heading == "Description" else 1)
     table.add_column("Line", justify="right")
     for attribute in attributes:
         notes = {
@@ -201,21 +204,36 @@ def _attribute_table(attributes: list[Attribute]) -> Table:
     return table
 
 
+def _add_names(table: Table, heading: str, names: Iterable[str]) -> None:
+    """Add a column whose names are whole up to `_WIDEST` letters, in terminals of 80 as in wider ones."""
+    widest = max(map(len, names), default=0)
+    table.add_column(heading, overflow="fold", width=max(min(widest, _WIDEST), len(heading)))
+
+
 def _rule_table(rules: Iterable[Rule], symbols: RuleGraph) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title="Rules", title_justify="left")
-    for heading in ("Rule", "Branches", "Probabilities", "Leads to"):
-        table.add_column(heading, overflow="fold")
+    table = Table(title="Rules", title_justify="left", expand=True)
+    rules = tuple(rules)
+    start = {rule: "@StartRule " if symbols.kind[rule.name] == "start" else "" for rule in rules}
+    _add_names(table, "Rule", (start[rule] + rule.name for rule in rules))
+    table.add_column("Branches", justify="right")
+    for heading in ("Probabilities", "Leads to"):
+        table.add_column(heading, overflow="fold", ratio=1, min_width=len(heading))
     table.add_column("Line", justify="right")
     leads_to = symbols.neighbours()
     for rule in rules:
         parameters = f"({', '.join(rule.parameters)})" if rule.parameters else ""
-        start = "@StartRule " if symbols.kind[rule.name] == "start" else ""
         probabilities, branches = _probabilities(rule)
         successors = ", ".join(sorted(leads_to[rule.name]))
-        cells = (start + rule.name + parameters, str(branches), probabilities, successors, str(rule.location.line))
+        cells = (
+            start[rule] + rule.name + parameters,
+            str(branches),
+            probabilities,
+            successors,
+            str(rule.location.line),
+        )
         table.add_row(*(Text(printable(cell)) for cell in cells))
     return table
 

@@ -124,6 +124,20 @@ def test_show_gives_probabilities_and_ranges(run, rules, monkeypatch):
     assert "@StartRule Lot" in text
 
 
+def test_names_are_whole_in_80_columns_and_rules_come_first(run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    text = run("show", "building").stdout
+    assert max(map(len, text.splitlines())) <= 80
+    assert "rectangleDepth" in text
+    assert text.index("Rules") < text.index("Attributes")
+
+
+def test_strangers_share_nothing(run):
+    told = run("compare", "toy", "limits", "-n", 5)
+    assert "these grammars share nothing" in told.stderr
+    assert "significantly" not in told.stderr
+
+
 @pytest.mark.parametrize("name", [example.name for example in shipped_examples()])
 def test_a_rule_graph_has_a_box_for_every_symbol(run, name, tmp_path):
     run("show", name, "--graph", tmp_path / "graph.svg")

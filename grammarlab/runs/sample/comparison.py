@@ -90,6 +90,8 @@ class Comparison:
     only_first: tuple[str, ...]
     """Symbols that the second grammar does not have."""
     only_second: tuple[str, ...]
+    are_strangers: bool = False
+    """Whether no symbol of one is made by the other, so that there is nothing to compare."""
 
 
 def compare_files(first: str, second: str, *, num_models: int = NUM_MODELS, seed: int = 0) -> Comparison:

@@ -73,6 +73,7 @@ def compare_grammars(sources: tuple[RuleSource, RuleSource], num_models: int, se
         differences=significant[:MAX_DIFFERENCES],
         only_first=tuple(symbol for symbol in occurring[0] if symbol not in occurring[1]),
         only_second=tuple(symbol for symbol in occurring[1] if symbol not in occurring[0]),
+        are_strangers=common is None and not shared,
     )
 
 
