@@ -42,7 +42,8 @@ A taste is learned here when a tenth of the divergence between the grammar and t
 tastes, bands their middle halves; one simulated person each, default questions in rounds of eight. The learner has been
 developed against these tastes; [Results](results.md) and [Earlier scenarios](once.md) have others.
 The numbers of this page come from Python 3.12 with newer releases of JAX and NumPy than `constraints.txt` names, so a
-run of the command below may differ in single tastes.
+run of the command below may differ in single tastes. They are from before few scores had to prove more: for the change
+see [Theory](../learning/theory.md#measured).
 
 Divergences in nats; *harmed*: tastes for which the learned density after 24 scores is farther than 1.05 times that of
 the grammar as it was.

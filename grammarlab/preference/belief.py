@@ -34,6 +34,9 @@ _MIN_ODDS = 3.0
 """Prior odds that nothing is explained, against a part that explains something, if there are many scores."""
 _ODDS_SCORES = 80.0
 """Number of scores times the prior odds, if there are few scores."""
+HELD_OUT_POWER = 0.5
+"""Power of the likelihood of held-out scores. Evidence predicts each score by those before it, half of the others on
+average, and so little by the first ones that a gain which grows with their number is half as large."""
 _NUM_STARTS = 2
 """Number of starts of each search for kernels: with one, smooth preferences of many draws are missed."""
 
@@ -75,7 +78,7 @@ def believed(share: float, process: float, cells: float) -> tuple[float, float, 
 
 
 def process_gain(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flags, seed: int) -> float:
-    """Gain in nats of a process on nothing explained, in predicting held-out scores; 0 if all rows are equal.
+    """Gain of the evidence of a process on nothing explained, by held-out scores, in nats; 0 if all rows are equal.
 
     Args:
         rows: [n, F] rows of the labels.
@@ -98,7 +101,7 @@ def process_gain(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flag
         prediction = process.predict(rows[out])
         means[out] = prediction.mean
         sds[out] = np.sqrt(np.maximum(prediction.std**2 - process.noise_variance, 0.0))
-    return gain_of(unexplained(scores, fold, grid_of(scores)), scores, fold, means, sds)
+    return HELD_OUT_POWER * gain_of(unexplained(scores, fold, grid_of(scores)), scores, fold, means, sds)
 
 
 def gain_of(flat: Unexplained, scores: Floats, fold: Ints, means: Floats, sds: Floats) -> float:
