@@ -67,6 +67,9 @@ def format_file(
 
 
 def list_examples(
+    sheet: Annotated[
+        Path | None, typer.Option("--sheet", help="Draw the first model of each to this PNG file.", dir_okay=False)
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
     """List the grammars and the species of trees that come with grammarlab."""
@@ -74,6 +77,14 @@ def list_examples(
 
     with friendly_errors():
         groups = {"examples": shipped_examples(), "species": shipped_species()}
+        if sheet is not None:
+            from grammarlab.runs.sample.shipped_sheet import save_sheet
+            from grammarlab.runs.work.executor_choice import executor_of
+
+            if sheet.suffix.lower() != ".png":
+                raise UsageError(f"{sheet}: the sheet is a .png file.")
+            save_sheet([source for sources in groups.values() for source in sources], sheet, executor_of(0))
+            say(f"picture: {sheet}")
         if as_json:
             print_json(
                 {

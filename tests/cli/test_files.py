@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from grammarlab.assets.mesh_files import MAX_BYTES
-from grammarlab.runs.sample.shipped import shipped_examples, shipped_species
+from grammarlab.runs.sample.shipped import find_rules, shipped_examples, shipped_species
+from grammarlab.runs.sample.shipped_sheet import save_sheet
+from grammarlab.runs.work.executors import SERIAL
 from tests.runs.grammars import BROKEN, TOWER
 
 
@@ -130,6 +132,13 @@ def test_names_are_whole_in_80_columns_and_rules_come_first(run, monkeypatch):
     assert max(map(len, text.splitlines())) <= 80
     assert "rectangleDepth" in text
     assert text.index("Rules") < text.index("Attributes")
+
+
+def test_the_sheet_has_a_picture_of_each_file(tmp_path):
+    save_sheet([find_rules("toy"), find_rules("limits")], tmp_path / "new" / "sheet.png", SERIAL)
+    with Image.open(tmp_path / "new" / "sheet.png") as picture:
+        assert picture.width > 2 * 200
+        assert picture.height < 400
 
 
 def test_strangers_share_nothing(run):
