@@ -17,7 +17,7 @@ _SIZE_TOLERANCE_M, _NOISE_FACTOR = 0.03, 4.0
 """Largest difference of elements of equal units, in metres, and as a multiple of the noise."""
 _MOST_EXAMPLES = 8
 """Largest number of cells of a kind that others are compared with."""
-_CELL_TOLERANCE = 0.2
+_CELL_TOLERANCE = 0.35
 """Largest relative difference of cells of equal units; units are scaled to the size of their row and column."""
 _DEPTH_TOLERANCE_M, _DEPTH_NOISE_FACTOR = 0.03, 5.0
 """Largest difference of depths of equal units, in metres, and as a multiple of the noise."""
