@@ -12,7 +12,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.assets.mesh_files import AssetFolder
-from grammarlab.derivation.derive import LotOptions, derive, derive_chunks
+from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.expressions import number_grammar
 from grammarlab.derivation.forest import Forest, origin_of, way_to
 from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
@@ -44,8 +44,6 @@ from grammarlab.tastes.attribute_readers import readers_of
 from grammarlab.tastes.basic_quantities import Elements, Readers
 from grammarlab.tastes.language import Candidates, candidates
 
-_NODES_PER_BATCH = 1_200_000
-"""Approximate number of nodes of a batch of a pool, a budget: some 130 MB while it has geometry."""
 _BATCH_MODELS = 1_000
 """Number of accepted models per batch."""
 RATE_MODELS = 2_000
@@ -133,10 +131,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Forest]:
         program = self.proposal.program if flat else self.program
         if self.acceptance is None:
-            options: LotOptions = {"first_model": first}
-            for forest in derive_chunks(
-                program, num, seed, nodes_per_chunk=_NODES_PER_BATCH, assets=self.folder, **options
-            ):
+            for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder):
                 yield without_geometry(forest)
             return
         for start in range(first, first + num, _BATCH_MODELS):
