@@ -164,7 +164,7 @@ def _moving(apply: OperationFunction) -> OperationFunction:
 
 
 def reset_geometry(call: BoundCall) -> Shapes:
-    """``resetGeometry()``: the geometry, scope, pivot and texture coordinates of the initial shape, without trim planes.
+    """``resetGeometry()``: geometry, scope, pivot and texture coordinates of the initial shape, without trim planes.
 
     Materials, attributes and projections stay.
     """

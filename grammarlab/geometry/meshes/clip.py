@@ -1,7 +1,7 @@
 """Parts of meshes between planes, for ``split`` and trim planes.
 
-Closed meshes stay closed: a cap closes each cut. A face in the plane of a cut goes to one side only:
-to the side that it bounds.
+Closed meshes stay closed: a cap closes each cut that goes around, also in open meshes. A face in the plane of a cut
+goes to one side only: to the side that it bounds.
 
 A face that leaves the kept side once is cut by the rule of Sutherland and Hodgman ("Reentrant polygon clipping", CACM
 17(1), 1974): keep the corners on the kept side, and add a point where an edge passes the plane. A face that leaves the
@@ -74,11 +74,12 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
 
     closing = []
     for side, on_plane, normals in cuts:
-        needs_cap = capped & side.is_cut
+        # A single face has no cut that goes around.
+        needs_cap = side.is_cut & (np.diff(meshes.mesh_faces) > 1)[mesh]
         if needs_cap.any():
             flags = np.append(on_plane, np.zeros(len(points) - len(on_plane), bool))
             rank = np.where(side.lost_first, -1, len(face))
-            closing.append(_caps(faces.where(needs_cap.take(faces.mesh)), points, flags, normals, rank))
+            closing.append(_caps(faces.where(needs_cap.take(faces.mesh)), points, flags, normals, rank, capped))
     return Soup.concatenate([faces, *closing]).meshes(points, owner, len(mesh))
 
 
@@ -520,20 +521,23 @@ def _bridges(gaps: _Gaps, touching: Indices, gap: Indices, position: Floats) -> 
     return nodes[order[goes_on]], nodes[order[goes_on + 1]]
 
 
-def _caps(faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, rank: Indices) -> Soup:
-    """Faces on a plane that close the cut edges of closed meshes.
+def _caps(
+    faces: Soup, points: Floats, is_on_plane: Flags, normals: Floats, rank: Indices, is_closed_mesh: Flags
+) -> Soup:
+    """Faces on a plane that close the cut edges of meshes, where these form closed lines.
 
     A cap begins at the edge of the first face that it closes. Holes of the section are joined to the outline by
     keyholes.
 
     Args:
-        faces: the remaining faces of closed meshes.
+        faces: the remaining faces of cut meshes.
         points: [P, 3] the table of points in metres.
         is_on_plane: [P] whether points lie on the plane that cut their mesh.
         normals: [M, 3] normal of the plane that cut each mesh, towards the kept side.
         rank: [M] `Soup.rank` of the caps of each mesh.
+        is_closed_mesh: [M] whether each mesh was closed, so that all of its cut edges form closed lines.
     """
-    rim = _open_edges(faces, is_on_plane)
+    rim = _closed_lines(_open_edges(faces, is_on_plane), is_closed_mesh)
     if not len(rim.start):
         return faces.take(np.zeros(0, np.int64))
     plane = _plane_coordinates(points, rim, normals)
@@ -577,6 +581,26 @@ def _open_edges(faces: Soup, is_on_plane: Flags) -> _Rim:
     mesh = faces.mesh[row_of_value(np.diff(faces.offsets))[corner[leader]]]
     low, high = low[leader], high[leader]
     return _Rim(np.where(upwards, high, low), np.where(upwards, low, high), mesh)
+
+
+def _closed_lines(rim: _Rim, is_closed_mesh: Flags) -> _Rim:
+    """The edges of closed meshes, and of open ones those of connected lines without ends."""
+    is_open = ~is_closed_mesh[rim.mesh]
+    if not is_open.any():
+        return rim
+    used, ends = np.unique(np.concatenate((rim.start, rim.end)), return_inverse=True)
+    start, end = np.split(ends.ravel(), 2)
+    has_end = np.bincount(start, minlength=len(used)) != np.bincount(end, minlength=len(used))
+    if not has_end.any():
+        return rim
+    from scipy.sparse import csr_matrix  # noqa: PLC0415  # few grammars split open meshes
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
+    links = csr_matrix((np.ones(len(start)), (start, end)), shape=(len(used), len(used)))
+    line = connected_components(links, directed=False)[1]
+    is_broken = np.bincount(line[has_end], minlength=len(used)) > 0
+    kept = ~(is_open & is_broken[line[start]])
+    return _Rim(rim.start[kept], rim.end[kept], rim.mesh[kept])
 
 
 def _plane_coordinates(points: Floats, rim: _Rim, normals: Floats) -> Floats:

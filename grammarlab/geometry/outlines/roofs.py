@@ -247,7 +247,9 @@ class _Roofs:
 
     def _by_overhang(self, rows: Indices, has_gables: bool) -> list[tuple[Indices, bool, bool]]:
         """Rows grouped by the presence of overhangs at eaves and at gables."""
-        eaves, verges = self._eaves[rows] != 0.0, (self._verges[rows] != 0.0) & has_gables
+        verges = (self._verges[rows] != 0.0) & has_gables
+        # A slope that ends before a gable does so down to the eaves.
+        eaves = (self._eaves[rows] != 0.0) | (verges & (self._verges[rows] < 0.0))
         cases = [(eave, verge) for eave in (False, True) for verge in (False, True)]
         parts = [(rows[(eaves == eave) & (verges == verge)], eave, verge) for eave, verge in cases]
         return [part for part in parts if len(part[0])]
@@ -261,7 +263,7 @@ class _Roofs:
         verges = self._verges[rows] * bool(plan.gables)
         if not plan.is_convex:
             distinct, inverse = np.unique(np.stack([eaves, verges], axis=1), axis=0, return_inverse=True)
-            free = np.array([free_overhang(plan, eave, verge) for eave, verge in distinct.tolist()])[inverse.ravel()]
+            free = np.array([_free(plan, eave, verge) for eave, verge in distinct.tolist()])[inverse.ravel()]
             eaves, verges = eaves * free, verges * free
         push, rise = sheet.push, sheet.rise
         out = xy[:, sheet.source] + eaves[:, None, None] * push[:, 0] + verges[:, None, None] * push[:, 1]
@@ -275,6 +277,11 @@ class _Roofs:
         if not self._batches:
             return meshes
         return regroup(in_order(self._batches, self._rows), meshes.mesh_faces)
+
+
+def _free(plan: Plan, eave: float, verge: float) -> float:
+    """The largest share of overhangs at which slopes do not meet; what ends before the gables does not count."""
+    return free_overhang(plan, eave, verge if eave <= 0.0 else max(verge, 0.0))
 
 
 _RECTANGLE_LOOPS = (

@@ -171,12 +171,13 @@ def test_two_solids_that_touch_in_a_point_of_the_cut_get_two_caps():
     assert face_areas(part)[caps].tolist() == [1.0, 1.0]
 
 
-def test_open_meshes_stay_open_and_closed_ones_get_caps():
-    open_tube = Meshes.single(cylinder(8).points, cylinder(8).corners[16:].reshape(8, 4).tolist())
-    both = Meshes.concatenate([open_tube, cylinder(8)])
-    parts = slabs(both, np.array([0, 1]), 1, np.full(2, 0.25), np.full(2, 0.5))
-    assert num_faces(parts).tolist() == [8, 10]
-    assert is_closed(parts).tolist() == [False, True]
+def test_cuts_that_go_around_get_caps_also_in_open_meshes():
+    sides = cylinder(8).corners[16:].reshape(8, 4).tolist()
+    open_tube, half_tube = (Meshes.single(cylinder(8).points, some) for some in (sides, sides[:4]))
+    both = Meshes.concatenate([open_tube, cylinder(8), half_tube])
+    parts = slabs(both, np.array([0, 1, 2]), 1, np.full(3, 0.25), np.full(3, 0.5))
+    assert num_faces(parts).tolist() == [10, 10, 4]
+    assert is_closed(parts).tolist() == [True, True, False]
 
 
 def test_faces_inside_a_slab_are_passed_through_untouched():
@@ -211,7 +212,7 @@ def test_a_floor_that_looks_up_stays_in_the_lowest_slab_of_an_open_mesh():
     corners = box().corners.reshape(6, 4).tolist()
     room = Meshes.single(box().points, [*corners[2:], corners[0][::-1]])
     parts = slabs(room, np.zeros(2, np.int64), 1, np.array([0.0, 0.5]), np.array([0.5, 1.0]))
-    assert num_faces(parts).tolist() == [5, 4]
+    assert num_faces(parts).tolist() == [6, 5]
 
 
 def test_a_terrace_belongs_to_the_part_below_it():
