@@ -125,7 +125,9 @@ class BlendedPreference(AbstractPreference):
         """
         prediction, noise_variance = self.process.predict(rows), self.process.noise_variance
         variance = np.maximum(prediction.std**2 - noise_variance, 0.0)
-        nodes, masses = hermegauss(1 if self._is_compared else _NUM_NODES)
+        # While all scores are 0, a process knows no scale, and its deviations are a convention.
+        knows_deviations = not self._is_compared and bool(np.any(self.process.observations.means > 0.0))
+        nodes, masses = hermegauss(_NUM_NODES if knows_deviations else 1)
         values = value_of(prediction.mean + nodes[:, None] * np.sqrt(variance), *self.person)
         return Prediction(masses @ values / masses.sum(), np.sqrt(variance + self.noise**2))
 
