@@ -33,17 +33,10 @@ class BinnedColumns:
     @classmethod
     def of(cls, columns: Floats, most: int = MAX_BINS) -> BinnedColumns:
         """At most so many bins of columns [n, C], of about as many labels each if there are more values."""
-        codes, num = ranks_of(columns), len(columns)
+        codes = ranks_of(columns)
         many = np.flatnonzero(codes.max(axis=1, initial=-1) >= most)
         if len(many):
-            ascending = np.sort(codes[many], axis=1)
-            # The number of labels with a smaller value, which is the same for equal values.
-            below = np.where(np.diff(ascending, axis=1, prepend=-1) > 0, np.arange(num), 0)
-            bins = np.maximum.accumulate(below, axis=1) * most // num
-            order = np.argsort(codes[many], axis=1, kind="stable")
-            binned = np.empty_like(bins)
-            np.put_along_axis(binned, order, _steps(bins.T).T, axis=1)
-            codes[many] = binned
+            codes[many] = np.take_along_axis(_bins_of_ranks(codes[many], most), codes[many], axis=1)
         return cls(codes, codes.max(axis=1, initial=-1) + 1)
 
     def __len__(self) -> int:
@@ -63,15 +56,28 @@ def ranks_of(columns: Floats) -> Ints:
     >>> ranks_of(np.array([[0.5], [0.1], [0.5], [0.9]])).tolist()
     [[1, 0, 1, 2]]
     """
-    order = np.argsort(columns, axis=0, kind="stable")
-    ranks = np.empty(columns.T.shape, dtype=np.int64)
-    np.put_along_axis(ranks, order.T, _steps(np.take_along_axis(columns, order, axis=0)).T, axis=1)
+    rows = np.ascontiguousarray(columns.T)
+    # Equal values have one rank, so their order does not matter.
+    order = np.argsort(rows, axis=1)
+    ranks = np.empty(rows.shape, dtype=np.int64)
+    np.put_along_axis(ranks, order, _steps(np.take_along_axis(rows, order, axis=1)), axis=1)
     return ranks
 
 
+def _bins_of_ranks(ranks: Ints, most: int) -> Ints:
+    """[C, R] bin of each rank of columns [C, n]: by the number of labels with a smaller value."""
+    num_columns, num = ranks.shape
+    num_ranks = int(ranks.max()) + 1
+    flat = ranks + np.arange(num_columns)[:, None] * num_ranks
+    count = np.bincount(flat.reshape(-1), minlength=num_columns * num_ranks).reshape(num_columns, num_ranks)
+    return _steps((np.cumsum(count, axis=1) - count) * most // num)
+
+
 def _steps(ascending: Floats | Ints) -> Ints:
-    """[n, C] index of each value among the different values of its column, which is ascending."""
-    return np.cumsum(np.diff(ascending, axis=0, prepend=ascending[:1]) > 0, axis=0, dtype=np.int64)
+    """[C, n] index of each value among the different values of its row, which is ascending."""
+    steps = np.zeros(ascending.shape, dtype=np.int64)
+    np.cumsum(ascending[:, 1:] > ascending[:, :-1], axis=1, out=steps[:, 1:])
+    return steps
 
 
 class Cut(NamedTuple):
