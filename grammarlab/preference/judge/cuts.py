@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,8 @@ from grammarlab.arrays import Floats, Ints
 
 MAX_BINS = 24
 """Largest number of bins of a column."""
+COARSE_BINS = 8
+"""Number of bins of a first screening: enough for a band or a wave, few enough to explain little by chance."""
 _CHUNK = 2_000_000
 """Largest number of floats of the sums of intervals at a time."""
 
@@ -38,6 +41,12 @@ class BinnedColumns:
         if len(many):
             codes[many] = np.take_along_axis(_bins_of_ranks(codes[many], most), codes[many], axis=1)
         return cls(codes, codes.max(axis=1, initial=-1) + 1)
+
+    @cached_property
+    def coarse(self) -> Ints:
+        """[C, n] codes of few bins."""
+        sizes = self.sizes[:, None]
+        return np.where(sizes > COARSE_BINS, self.codes * COARSE_BINS // np.maximum(sizes, 1), self.codes)
 
     def __len__(self) -> int:
         return len(self.codes)

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.judge.cuts import MAX_BINS, BinnedColumns
+from grammarlab.preference.judge.cuts import COARSE_BINS, BinnedColumns
 
-_NUM_COARSE = 8
-"""Number of bins of the screening: enough for a band or a wave, few enough to explain little by chance."""
 _MIN_TOTAL = 1e-9
 """Sum of squared differences below which scores are equal."""
 
@@ -21,13 +19,13 @@ def gains(columns: BinnedColumns, labels: Ints, scores: Floats) -> Floats:
         labels: [m] indices of the labels that count.
         scores: [n] scores of all labels.
     """
-    return explained(_coarse(columns)[:, labels], min(_NUM_COARSE, MAX_BINS), scores[labels])
+    return explained(columns.coarse[:, labels], COARSE_BINS, scores[labels])
 
 
 def gains_of_parts(columns: BinnedColumns, parts: Flags, scores: Floats) -> Floats:
     """[P, C] the same for parts [P, n] of the labels, all at once; 0 for a part of equal scores."""
-    width, members = min(_NUM_COARSE, MAX_BINS), parts.T.astype(np.float64)
-    in_bin = (_coarse(columns)[:, None, :] == np.arange(width)[:, None]).reshape(-1, len(scores)).astype(np.float64)
+    width, members = COARSE_BINS, parts.T.astype(np.float64)
+    in_bin = (columns.coarse[:, None, :] == np.arange(width)[:, None]).reshape(-1, len(scores)).astype(np.float64)
     centred = scores - scores.mean()
     shape = (len(columns), width, len(parts))
     number = (in_bin @ members).reshape(shape)
@@ -38,12 +36,6 @@ def gains_of_parts(columns: BinnedColumns, parts: Flags, scores: Floats) -> Floa
     between = (sums**2 / np.maximum(number, 1.0)).sum(axis=1) - correction
     worth = _gain(between / np.maximum(total, _MIN_TOTAL), (number > 0.0).sum(axis=1), size)
     return np.where((total > _MIN_TOTAL) & (size >= 2.0), worth, 0.0).T
-
-
-def _coarse(columns: BinnedColumns) -> Ints:
-    """[C, n] codes of few bins."""
-    sizes = columns.sizes[:, None]
-    return np.where(sizes > _NUM_COARSE, columns.codes * _NUM_COARSE // np.maximum(sizes, 1), columns.codes)
 
 
 def explained(codes: Ints, width: int, scores: Floats) -> Floats:

@@ -75,9 +75,10 @@ class UnexplainedScores:
         >>> float(scores.log_evidence(scores.members[:2].sum(axis=0)[None])[0].round(3))
         -0.981
         """
-        index = np.rint(counts).astype(np.int64)
-        both = self.tables[:, np.arange(index.shape[1]), index].sum(axis=2)
-        return np.logaddexp(both[0], both[1]) - np.log(2.0)
+        num_parts, num_counts = self.tables.shape[1:]
+        index = np.rint(counts).astype(np.int64) + np.arange(num_parts) * num_counts
+        repeated, smooth = (np.take(table, index).sum(axis=1) for table in self.tables)
+        return np.logaddexp(repeated, smooth) - np.log(2.0)
 
 
 def _alphas(depth: Ints) -> Floats:
