@@ -23,8 +23,8 @@ _FARTHEST = 4.0
 """Largest distance that a corner moves, in margins: the tip of a needle would move without bound."""
 _SHORTEST = 1e-5
 """Metres below which edges are removed."""
-_MOST_SHAPES = 50_000
-"""Largest number of shapes that are united: a minute."""
+_MOST_SHAPES = 10_000
+"""Largest number of shapes that are united: their time grows faster than their number."""
 
 
 @dataclass(frozen=True, slots=True)
