@@ -11,6 +11,7 @@ from grammarlab.derivation import derive
 from grammarlab.export.surface_labels import DOOR, ROOF, SURFACE_TYPES, UNLABELLED, WALL, WINDOW
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.city.semantics import surface_labels
+from grammarlab.scene.instances import leaf_order
 
 FACADE = """
     Lot --> extrude(9) comp(f) { front : Facade | side : Plain. | top : FlatRoof. }
@@ -30,9 +31,8 @@ def forest():
 
 def kinds_by_symbol(forest, labels):
     symbols = np.array(forest.symbols)[forest.nodes.symbol[forest.leaves.node]]
-    # One material: the instances of a scene are the leaves in their order, by model.
-    model = np.argsort(forest.nodes.model[forest.leaves.node], kind="stable")
-    return {(str(symbol).rstrip("."), int(kind)) for symbol, kind in zip(symbols[model], labels.kind, strict=True)}
+    order = leaf_order(forest)
+    return {(str(symbol).rstrip("."), int(kind)) for symbol, kind in zip(symbols[order], labels.kind, strict=True)}
 
 
 def test_leaves_have_the_kind_of_the_topmost_opening_or_of_their_own_name(forest):
