@@ -12,7 +12,7 @@ import pytest
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
-from grammarlab.export import FORMATS, REUSES, SaveOptions, save_each
+from grammarlab.export import REUSES, SaveOptions, save_each
 from grammarlab.export.save import Format
 from grammarlab.geometry.footprints.footprint_text import read_footprints
 from grammarlab.language.importing import load
@@ -24,12 +24,12 @@ from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import sample_run
 from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.scene import realize, triangles
-from tests.export.gltf import read_glb
+from tests.export.gltf import MESH_FORMATS, read_glb
 from tests.whole_grammars import WHOLE
 
 GRAMMARS = WHOLE
 ASSETS = GRAMMARS[0].parent / "assets"
-WAYS: list[tuple[Any, Any]] = [(suffix, "merged") for suffix in FORMATS] + [("glb", reuse) for reuse in REUSES[1:]]
+WAYS: list[tuple[Any, Any]] = [(suffix, "merged") for suffix in MESH_FORMATS] + [("glb", reuse) for reuse in REUSES[1:]]
 BATCHES = [(5, 1), (4, 2), (0, 7), (5, 7)]
 """First model and number of models of batches that have model 5."""
 LOTS = {

@@ -8,11 +8,11 @@ import pytest
 import trimesh
 
 from grammarlab.errors import AssetError
-from grammarlab.export import FORMATS
 from grammarlab.runs.sample import models as batches_module
 from grammarlab.runs.sample.manifest import place_in_words, place_of, read_manifest
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import repeat_run, sample_run
+from tests.export.gltf import MESH_FORMATS
 from tests.geometry.footprints.maps import BOW_TIE, SQUARE, collection, feature, moved, named, polygon, written
 
 RULES = "attr height = 5\n@StartRule\nLot --> extrude(height) Mass.\n"
@@ -39,7 +39,7 @@ def vertices(path):
     return np.asarray(mesh.vertices)
 
 
-@pytest.mark.parametrize("file_format", FORMATS)
+@pytest.mark.parametrize("file_format", MESH_FORMATS)
 @pytest.mark.parametrize("single_file", [False, True])
 def test_far_files_of_a_run_keep_their_places_relative_to_each_other(tmp_path, file_format, single_file):
     request = request_of(tmp_path, *lots(*FAR), file_format=file_format, single_file=single_file)
@@ -85,7 +85,7 @@ def test_the_place_is_in_every_manifest(tmp_path):
     assert place_in_words(degrees).startswith("origin: longitude 7.1004500, latitude 50.9000400 (OGC:CRS84)")
 
 
-@pytest.mark.parametrize("file_format", FORMATS)
+@pytest.mark.parametrize("file_format", MESH_FORMATS)
 @pytest.mark.parametrize(("x", "y"), [(0, 0), (500, -300), FAR])
 def test_a_model_is_the_same_whatever_footprints_follow(tmp_path, monkeypatch, x, y, file_format):
     """Near the origin for any footprints, far away if they have the same origin; and in batches of any size."""

@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 
 from grammarlab.cli import app
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
-from grammarlab.export import FORMATS
 from grammarlab.randomness import root_keys
 from grammarlab.runs.sample.manifest import place_of, read_manifest
 from grammarlab.runs.sample.request import SampleRequest
@@ -26,6 +25,7 @@ from grammarlab.trees.accepted_trees import accepted_rows
 from grammarlab.trees.crown_reach import CrownReach, reach
 from grammarlab.trees.growth import grow
 from grammarlab.trees.species_file import parse
+from tests.export.gltf import MESH_FORMATS
 from tests.geometry.footprints.maps import collection, feature, named, polygon, written
 from tests.geometry.footprints.test_ground import box
 
@@ -74,7 +74,7 @@ def test_fewer_trees_are_the_first_ones_of_more(tmp_path):
         assert (few.folder / one.file).read_bytes() == (many.folder / other.file).read_bytes()
 
 
-@pytest.mark.parametrize("file_format", FORMATS)
+@pytest.mark.parametrize("file_format", MESH_FORMATS)
 @pytest.mark.parametrize("single_file", [False, True])
 @pytest.mark.parametrize("on", ["50x40", FAR])
 def test_trees_stand_at_their_places_in_all_files(tmp_path, file_format, single_file, on):
