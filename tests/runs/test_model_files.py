@@ -139,6 +139,7 @@ def test_the_parcel_of_the_issue_keeps_its_millimetres(tmp_path):
     low = footprint.polygon.min(axis=0).tolist()
     assert node["translation"] == low == [2683000.13, 0.0, -1247016.9]
     assert json.loads(result.manifest.read_text())["models"][0]["origin"] == low
-    local = np.concatenate([glb.values(p["attributes"]["POSITION"]) for p in glb.document["meshes"][0]["primitives"]])
+    primitives = [primitive for mesh in glb.document["meshes"] for primitive in mesh["primitives"]]
+    local = np.concatenate([glb.values(primitive["attributes"]["POSITION"]) for primitive in primitives])
     assert np.abs(local).max() < 100.0
     assert len(np.unique(local[:, 0])) > 50
