@@ -178,7 +178,8 @@ class _Run:
     def _hear(self, connection: Connection, future: Future, result: Any) -> None:
         job = self._submitted.pop(future)
         self._heard, self._idle_looks = time.monotonic(), 0
-        if future.status == "finished":
+        # A result that is here counts, though its worker may have been given up since, and its task begun again.
+        if isinstance(result, bytes):
             self._then(job.index, result_of(result))
             return
         if future.status != "error":
