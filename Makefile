@@ -66,9 +66,10 @@ reference: $(VENV)/.dev
 
 # The page is tested in a real browser: Debian's Chromium, put there where that is allowed.
 chromium:
-	@command -v chromium >/dev/null || { \
-		[ "$$(id -u)" = 0 ] && apt-get -qq update && apt-get -qq install -y --no-install-recommends chromium; \
-	} >/dev/null 2>&1 || echo "no Chromium, so tests in the browser are skipped: apt-get install chromium"
+	@command -v chromium-headless-shell >/dev/null || command -v chromium >/dev/null || { [ "$$(id -u)" = 0 ] && apt-get -qq update && { \
+		apt-get -qq install -y --no-install-recommends chromium-headless-shell || \
+		apt-get -qq install -y --no-install-recommends chromium; \
+	}; } >/dev/null 2>&1 || echo "no Chromium, so tests in the browser are skipped: apt-get install chromium-headless-shell"
 
 bench: $(VENV)/.dev
 	$(BIN)/pytest -q benchmarks --override-ini python_files='bench_*.py'

@@ -6,6 +6,7 @@ import numpy as np
 
 from grammarlab.city.zone_learning import learned_zones
 from grammarlab.city.zone_scores import ScoredZones, counts_of_scores
+from tests.cases import takes_turns
 from tests.city.towns import ZONES, divergence, sampled, three_rings, town
 
 TOWN = town(1000)
@@ -14,6 +15,7 @@ FIELDS = TOWN.take(ROWS)
 PARCEL, ZONE = np.repeat(np.arange(40), 3), np.tile(np.arange(3), 40)
 
 
+@takes_turns
 def test_scores_in_proportion_to_the_truth_teach_the_truth():
     score = np.clip(100 * three_rings(FIELDS)[PARCEL, ZONE] + np.random.default_rng(0).normal(0, 4, 120), 0, 100)
     scored = ScoredZones(FIELDS, PARCEL, ZONE, score)

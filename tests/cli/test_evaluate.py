@@ -11,6 +11,7 @@ from grammarlab.cli.evaluate import PERSONS_HELP
 from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.runs.evaluate import plots as grid_pictures
 from grammarlab.runs.evaluate.curve_store import STORE
+from tests.cases import takes_turns
 
 SCENARIO = """
 name = "tiny"
@@ -129,6 +130,7 @@ def test_each_seed_has_models_of_its_own(evaluate):
     assert curves[0]["js_original"] != curves[1]["js_original"]
 
 
+@takes_turns
 def test_grammars_are_made_of_the_scores_of_each_person(evaluate):
     options = (*FEW, "--seeds", "1", "--grammar-labels", "16", "--person", "exact,stars", "--json")
     for item in json.loads(evaluate(*options).stdout)["scenarios"]:
@@ -184,6 +186,7 @@ def test_a_target_may_count_from_the_first_liked_model(evaluate, folder, tmp_pat
     assert {curve["curve"][-1][0] for curve in curves} == {24}
 
 
+@takes_turns
 def test_a_second_run_goes_on_from_the_first_unless_it_is_to_begin_anew(evaluate, tmp_path):
     first = evaluate("--json").stdout
     store = tmp_path / "out" / STORE

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from grammarlab.cli import app
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.learn import report
-from tests.cases import some
+from tests.cases import some, takes_turns
 
 RULES = """version "2023.0"
 attr height = rand(3, 9)
@@ -204,6 +204,7 @@ def test_a_scenario_beside_labels_is_compared_with_and_changes_nothing(run, labe
     assert compared["js_before"] != compared["taught"]["js_before"]
 
 
+@takes_turns
 def test_labels_may_be_compared_with_what_a_person_means(run, labelled, tmp_path):
     grammar, scenario, _ = labelled
     scenario.write_text(SCENARIO + '[[preference]]\nscore = 40\nwhen = "{High}"\n')
@@ -242,6 +243,7 @@ def test_without_a_person_the_scores_are_exact(said):
 
 
 @pytest.mark.parametrize("name", some(["sd10", "blunders10", "stars"]))
+@takes_turns
 def test_what_a_person_said_is_in_the_file_and_is_said_again(said, name):
     scores = said("--person", name)
     assert scores == said("--person", name)

@@ -4,8 +4,10 @@ import json
 
 from grammarlab.facade.file import load_facade
 from grammarlab.language.grammar import Grammar
+from tests.cases import takes_turns
 
 
+@takes_turns
 def test_a_scene_is_matched(run, tmp_path):
     scene = tmp_path / "scene.json"
     run("facade", "scene", "-n", 12, "--kinds", 4, "--noise", 0.002, "--occluded", 0, "-o", scene)

@@ -12,6 +12,7 @@ from grammarlab.runs.sample.shipped import shipped_species
 from grammarlab.trees.measures import MEASURES
 from grammarlab.trees.parameters import PARAMETERS
 from grammarlab.trees.species_file import parse, write
+from tests.cases import takes_turns
 from tests.trees.small_species import SMALL
 
 
@@ -126,6 +127,7 @@ def test_trees_of_a_billion_stems_are_refused(run, species, tmp_path):
     assert "are possible" in result.stderr
 
 
+@takes_turns
 def test_show_lists_parameters_with_unit_range_and_reason(run, species, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     text = run("show", species).stdout

@@ -15,6 +15,7 @@ from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import init
 from grammarlab.learning.settings import FeatureOptions, Settings
 from grammarlab.learning.targets.divergence import agreement
+from tests.cases import takes_turns
 
 RULES = """
 Lot --> extrude(6) split(y) { ~1 : Block | ~1 : Block }
@@ -157,12 +158,14 @@ def learned(preference, families, labels):
     return protocol.run(prepare(source(text, DRAWN), settings), 16, 1, labels)
 
 
+@takes_turns
 def test_a_bound_needs_no_other_column():
     state, curve = learned("100 * ($h < 4)", ("paths", "draws"), 64)
     assert state.columns.extra == ()
     assert curve.points[-1].js < 0.01
 
 
+@takes_turns
 def test_a_product_of_draws_is_found_as_one_column():
     state, curve = learned("100 * ($h * $w < 20)", ("paths", "draws"), 64)
     (product,) = state.columns.extra

@@ -11,7 +11,7 @@ from grammarlab.learning import interview as rounds_of
 from grammarlab.learning.interview import interview
 from grammarlab.learning.round import init
 from grammarlab.preference.liked import MIN_SCORED
-from tests.cases import some
+from tests.cases import some, takes_turns
 from tests.evaluation.doubles import LABELLED, POOL, world
 from tests.learning.bits import score_of
 
@@ -33,6 +33,7 @@ def test_equal_seeds_give_equal_curves_and_other_seeds_others():
     assert curves[0] == curves[1] != curves[2]
 
 
+@takes_turns
 def test_what_other_persons_said_before_does_not_matter():
     shared = world()
     protocol.run(shared, BATCH, 5, BATCH)
@@ -95,6 +96,7 @@ def test_a_person_may_score_the_product_of_all_factors():
     assert np.allclose(answers.scores, score_of(material.study.space.make(answers.designs)).prod(axis=1) / 100)
 
 
+@takes_turns
 def test_a_wider_pool_is_offered_once_liked_models_are_rare():
     def rarely(rows):
         return np.column_stack([100.0 * (rows.sum(axis=1) == 0), np.ones(len(rows))])
@@ -167,6 +169,7 @@ def test_a_preference_that_stars_cannot_express_is_refused():
         world(score=lambda rows: 12.0 * score_of(rows) / 100.0).answered_by(RESPONDENTS["stars"], 1)
 
 
+@takes_turns
 def test_nothing_but_scores_reaches_the_learner():
     material = world()
     state, curve = protocol.run(material, BATCH, 5, 48)
@@ -184,6 +187,7 @@ def test_nothing_but_scores_reaches_the_learner():
     assert answers_of(lied_to).designs[32:] != answers_of(state).designs[32:]
 
 
+@takes_turns
 def test_models_count_as_liked_whatever_a_person_who_errs_says():
     for respondent in (RESPONDENTS["sd20"], RESPONDENTS["blunders10"]):
         material = world().answered_by(respondent, 3)

@@ -14,6 +14,7 @@ from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn
+from tests.cases import takes_turns
 
 GRAMMAR = Grammar.parse(
     """
@@ -36,6 +37,7 @@ def ratio_of(found):
     return ratio[liked], ratio[~liked]
 
 
+@takes_turns
 def test_what_a_function_of_derivations_likes_is_learned():
     found = learn(GRAMMAR, red_below, 48, pool=SMALL)
     liked, others = ratio_of(found)
@@ -43,6 +45,7 @@ def test_what_a_function_of_derivations_likes_is_learned():
     assert not others.any()
 
 
+@takes_turns
 def test_a_function_may_look_at_meshes():
     def red_down_there(scene):
         red = scene.materials.channels[scene.material, 0] > scene.materials.channels[scene.material, 2]
@@ -107,6 +110,7 @@ def test_scores_without_a_pattern_leave_the_grammar_as_it_was():
     assert found.features == ()
 
 
+@takes_turns
 def test_a_learned_comparison_reads_like_one():
     grammar = Grammar.parse("attr a = rand(0, 10)\nattr b = rand(0, 10)\nLot --> s(1 + a, 1 + b, 1) A")
     draws = [Draw("a"), Draw("b")]

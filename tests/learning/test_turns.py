@@ -9,6 +9,7 @@ import pytest
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.interview import MIN_SCORES, MIN_TURN_SHARE, interview, next_factor
 from grammarlab.learning.round import init, step
+from tests.cases import takes_turns
 from tests.learning.bits import BitsSpace, score_of, study_of
 
 NAMES = ("factor 0", "factor 1")
@@ -27,6 +28,7 @@ def known(nums, errors=(0.0, 0.0), **settings):
     return study, step(study, init(study), answers)
 
 
+@takes_turns
 def test_factors_begin_in_turn():
     study = study_of(BitsSpace())
     assert next_factor(study, init(study), NAMES, 8) == 0
@@ -58,6 +60,7 @@ def test_a_factor_without_a_liked_model_takes_its_turn():
     assert next_factor(study, replace(state, liked=("factor 0",)), NAMES, 8) == 1
 
 
+@takes_turns
 def test_one_factor_is_always_asked_about_and_no_model_twice():
     study, state = known((64, 0))
     assert next_factor(study, state, NAMES[:1], 8) == 0

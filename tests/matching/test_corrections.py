@@ -18,6 +18,7 @@ from grammarlab.matching.corrections import (
 from grammarlab.matching.coupled import couple
 from grammarlab.matching.elements import Elements
 from grammarlab.matching.library import templates_by_name
+from tests.cases import takes_turns
 
 SAID = (
     Correction("template", (0,), "diamond"),
@@ -44,6 +45,7 @@ def outlines():
     return Elements(offsets_from_counts(np.full(7, 64)), np.vstack(clouds), low, high, row=none, column=none)
 
 
+@takes_turns
 def test_what_a_person_says_holds_in_the_match():
     bound = couple(outlines(), templates_by_name("rectangle,diamond"), 0, SAID)
     assert bound.template_of(bound.kind[1]).name == "rectangle"

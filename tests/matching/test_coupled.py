@@ -11,7 +11,7 @@ from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.match import Match, groups
 from grammarlab.matching.plain import compare, match_alone
 from grammarlab.matching.scenes import SceneOptions, rectangles, scene_of_sizes
-from tests.cases import some
+from tests.cases import some, takes_turns
 
 FIGURE = np.array([[1.0, 1.5], [1.0, 1.9], [1.3, 1.9], [1.3, 1.5]])
 TEMPLATES = templates_by_name("rectangle,diamond")
@@ -54,6 +54,7 @@ def test_heights_five_centimetres_apart_are_two_kinds_that_share_their_width():
     assert [each["shared_parameters"] for each in groups(found)] == [["width"], ["width"]]
 
 
+@takes_turns
 def test_kinds_found_together_agree_more_with_the_truth_than_those_of_k_means():
     scene = rectangles(SceneOptions(), 1)
     assert scene.truth is not None

@@ -8,7 +8,7 @@ from grammarlab.matching.coupled import couple
 from grammarlab.matching.elements import Elements
 from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.scans.scan_files import load_elements
-from tests.cases import some
+from tests.cases import some, takes_turns
 
 SIZE, DEPTH = np.array([1.2, 1.5]), 0.15
 CORNERS = np.stack(np.meshgrid(0.9 + 3.0 * np.arange(4), 0.75 + 3.0 * np.arange(3)), axis=2).reshape(-1, 2)
@@ -39,6 +39,7 @@ def sheet(random, spacing, start, along, across):
 
 
 @pytest.mark.parametrize(("spacing", "noise"), some([(0.06, 0.008), (0.09, 0.004)]))
+@takes_turns
 def test_equal_windows_of_a_coarse_scan_are_one_kind_and_its_deviations_include_the_spacing(tmp_path, spacing, noise):
     elements = scanned(tmp_path, spacing, noise, 1)
     assert elements.spacing == pytest.approx(spacing, rel=0.2)

@@ -14,7 +14,7 @@ from grammarlab.preference.held_out_share import Fitted, held_out
 from grammarlab.preference.lines import line_preference
 from grammarlab.preference.person import value_of
 from grammarlab.preference.processes import grouped
-from tests.cases import some
+from tests.cases import some, takes_turns
 
 
 def coins(number, width, seed):
@@ -39,6 +39,7 @@ def test_a_blend_is_about_as_good_as_the_better_part(name, noise):
     assert missed[0] <= 1.5 * min(missed[1:]) + 1.0
 
 
+@takes_turns
 def test_what_adds_up_is_left_to_lines_and_to_the_process():
     rows = coins(140, 14, 3)
     found = blended.fit(rows, wanted("sum", rows))

@@ -9,7 +9,7 @@ from grammarlab.errors import UsageError
 from grammarlab.preference import blended, queries
 from grammarlab.preference.liked import FEW_LIKED, MIN_SCORED, RARE_SHARE, liked_are_rare
 from grammarlab.preference.queries import WAYS, Situation, propose
-from tests.cases import some
+from tests.cases import some, takes_turns
 from tests.preference.processes.test_grouped import GROUPS, styled_rows
 
 NEW_WAYS = [way for way in WAYS if way != "already ranked"]
@@ -133,6 +133,7 @@ def test_the_default_goes_on_with_rare_models_where_they_hold_all_that_is_liked(
     assert not rare[propose("default", replace(known, weights=None), 8, seed=0)].all()
 
 
+@takes_turns
 def test_the_default_asks_about_what_lowers_the_error_more_than_chance():
     def error(way, seed):
         rows, truth = styled_rows(300, seed=20 + seed)

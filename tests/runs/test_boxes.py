@@ -29,6 +29,7 @@ from grammarlab.runs.learn.report import report_text
 from grammarlab.runs.sample.domains import DOMAINS, domain_of, suffix_of
 from grammarlab.runs.sample.shipped import find_rules
 from grammarlab.runs.work import workers
+from tests.cases import takes_turns
 from tests.pages.scoring.windows import Window, shown_models
 from tests.runs.boxes import BOXES, NAMES, begin
 
@@ -80,6 +81,7 @@ def test_a_suffix_is_known_while_its_domain_is_listed(boxes: Path):
         domain_of(".spheres")
 
 
+@takes_turns
 def test_boxes_are_sampled_in_any_number_of_processes(boxes: Path, run: Callable[..., Any], tmp_path: Path):
     command = ["sample", boxes, "-n", 66, "--seed", 5, "--no-image"]
     told = json.loads(run(*command, "--jobs", 2, "-o", tmp_path / "a", "--json").stdout)
@@ -143,6 +145,7 @@ def test_the_report_shows_boxes_before_and_after(boxes: Path, tmp_path: Path):
         learn_from_labels(*given, Making("compile"), labels_from="labels.csv")
 
 
+@takes_turns
 def test_what_is_learned_about_boxes_is_sampled_and_learned_from_again(
     boxes: Path, run: Callable[..., Any], tmp_path: Path
 ):
@@ -170,6 +173,7 @@ def test_what_is_learned_about_boxes_is_sampled_and_learned_from_again(
     assert 55.0 < means[1] < means[2]
 
 
+@takes_turns
 def test_the_page_scores_draws_and_learns_boxes(boxes: Path, run: Callable[..., Any], tmp_path: Path):
     file = tmp_path / "scores.db"
     with closing(Session(str(boxes), file, seed=SEED, size=SIZE, jobs=1)) as session:

@@ -24,6 +24,7 @@ from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import sample_run
 from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.scene import realize, triangles
+from tests.cases import takes_turns
 from tests.export.gltf import MESH_FORMATS, read_glb
 from tests.whole_grammars import WHOLE
 
@@ -73,6 +74,7 @@ def test_the_files_of_a_model_do_not_depend_on_its_batch(program, tmp_path):
     assert len(set(pictures)) == 1
 
 
+@takes_turns
 def test_the_files_of_a_run_do_not_depend_on_its_size_or_jobs(tmp_path):
     """66 models are two batches, and so two tasks of the processes."""
     for suffix in get_args(Format):

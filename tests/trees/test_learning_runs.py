@@ -31,6 +31,7 @@ from grammarlab.runs.learn.report import report_text
 from grammarlab.runs.sample.domains import domain_of
 from grammarlab.trees.parameters import COLUMN
 from grammarlab.trees.species_file import parse
+from tests.cases import takes_turns
 from tests.pages.scoring.windows import Window, shown_models
 from tests.trees.small_species import SMALL
 
@@ -97,6 +98,7 @@ def share_liked(file: Path) -> float:
     return float(liked(space_of(file).make([Address(False, 9, model) for model in range(200)]).rows).mean()) / 100.0
 
 
+@takes_turns
 def test_labels_teach_a_species_that_a_person_can_read(species: Path, run: Callable[..., Any], tmp_path: Path):
     save_labels(labels_of(species, 120), tmp_path / "labels.csv")
     learned = tmp_path / "liked.toml"
@@ -139,6 +141,7 @@ def test_labels_of_another_species_are_refused(species: Path, run: Callable[...,
     assert not (tmp_path / "new.toml").exists()
 
 
+@takes_turns
 def test_a_function_teaches_a_species_from_columns_or_from_meshes():
     species = parse(SMALL, "small")
     pool = Pool(SEED, SIZE)
@@ -159,6 +162,7 @@ def test_a_function_teaches_a_species_from_columns_or_from_meshes():
         gl.learn("oak", lambda trees: trees, 16)  # pyright: ignore[reportCallIssue, reportArgumentType]
 
 
+@takes_turns
 def test_the_page_scores_draws_and_learns_trees(species: Path, run: Callable[..., Any], tmp_path: Path):
     file = tmp_path / "scores.db"
     with closing(Session(str(species), file, seed=SEED, size=SIZE, jobs=1)) as session:

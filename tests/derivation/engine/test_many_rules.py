@@ -13,6 +13,7 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.derivations import load_forest, save_forest
+from tests.cases import takes_turns
 from tests.runs.forests import assert_same
 
 NUM = 33_001
@@ -26,6 +27,7 @@ def many():
     return Grammar.parse(MANY)
 
 
+@takes_turns
 def test_rules_beyond_16_bits_are_told_apart_everywhere(many, tmp_path):
     forest = derive(many, 2, 1)
     assert {forest.rules[rule].symbol for rule in forest.nodes.rule if rule >= 0} == {"Lot", f"R{NUM - 2}", "R5"}
@@ -43,6 +45,7 @@ def test_successors_beyond_16_bits_keep_their_number():
     assert forest.nodes.child.tolist() == [0, *range(NUM)]
 
 
+@takes_turns
 def test_random_expressions_beyond_16_bits_keep_their_number():
     forest = derive(Grammar.parse(DRAWN), 1, 1)
     assert forest.draws.site.tolist() == list(range(len(forest.sites)))
@@ -55,6 +58,7 @@ def test_few_rules_have_narrow_columns():
     assert {c.dtype for c in (nodes.symbol, nodes.rule, nodes.child, draws.site)} == {np.dtype(np.int16)}
 
 
+@takes_turns
 def test_the_command_line_samples_them(tmp_path):
     path = tmp_path / "many.cga"
     path.write_text(MANY)

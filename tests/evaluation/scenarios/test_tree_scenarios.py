@@ -19,6 +19,7 @@ from grammarlab.runs.sample.sources import load_source
 from grammarlab.trees.parameters import COLUMN, COLUMNS
 from grammarlab.trees.species import Species
 from grammarlab.trees.species_file import parse
+from tests.cases import takes_turns
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 SPECIES = sorted(path.stem for path in (examples_folder() / "species").glob("*.toml") if path.stem != "any")
@@ -44,6 +45,7 @@ def test_any_tree_may_be_a_tree_of_each_species(name: str) -> None:
         assert [column for column in COLUMNS if outside[COLUMN[column]]] == []
 
 
+@takes_turns
 def test_a_few_trees_of_a_hundred_are_plausible() -> None:
     source = load_source(SCENARIOS / "T1.toml")
     (trees,) = source.space.sample(False, 300, 0)
@@ -61,6 +63,7 @@ def low(tmp_path: Path) -> Path:
     return tmp_path / "low.toml"
 
 
+@takes_turns
 def test_what_is_liked_of_saplings_is_learned(low: Path) -> None:
     source = load_source(low)
     method = METHODS["default"]

@@ -13,7 +13,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.flattening import flattened
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.runs.sample.shipped import find_rules
-from tests.cases import some
+from tests.cases import some, takes_turns
 from tests.evaluation.scenarios.forests import forest_of
 from tests.evaluation.scenarios.truth import TRUTH, Model, models
 
@@ -254,6 +254,7 @@ def sample(name: str) -> tuple[tuple[Forest, Forest], list[Model]]:
 
 
 @pytest.mark.parametrize("name", some(list(SCENARIOS)))
+@takes_turns
 def test_500_models_get_the_score_that_plain_python_gives_them(name):
     forests, trees = sample(SCENARIOS[name].grammar)
     expected = [TRUTH[name](tree) for tree in trees]

@@ -22,6 +22,7 @@ from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.regression_tree import leaves_of
 from grammarlab.trees.species import Species
 from grammarlab.trees.species_file import parse
+from tests.cases import takes_turns
 
 TEXT = """
 about = "A seedling."
@@ -105,6 +106,7 @@ def test_what_depends_on_measures_becomes_a_rule():
     assert only.rules_after == 1
 
 
+@takes_turns
 def test_learned_files_can_be_learned_from_again():
     first = learned_from(wide_and_upright).learned
     space = replace(SPACE, species=parse(first.text, "first"), text=first.text)

@@ -26,7 +26,7 @@ from grammarlab.pages.workers.tasks import Choose, ModelChoice, Update
 from grammarlab.pages.workers.worker_pool import Handler
 from grammarlab.preference.liked import MIN_SCORED
 from grammarlab.randomness import derived_seed
-from tests.cases import some
+from tests.cases import some, takes_turns
 from tests.pages.scoring.rare import POSTS, SCENARIO, scores_of
 from tests.pages.scoring.windows import Window, shown_models
 
@@ -84,6 +84,7 @@ def asked_by_session(seed: int) -> list[str]:
 
 
 @pytest.mark.parametrize("seed", some(range(2)))
+@takes_turns
 def test_a_session_asks_about_the_same_models_as_the_protocol(seed: int):
     asked = asked_by_session(seed)
     assert asked == asked_by_protocol(seed)

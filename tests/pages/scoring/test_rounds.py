@@ -14,6 +14,7 @@ from grammarlab.pages.record.label_exchange import read_labels_or_session
 from grammarlab.pages.scoring.learning import NUM_BEHIND
 from grammarlab.pages.scoring.session import Session
 from grammarlab.preference.label_files import read_labels
+from tests.cases import takes_turns
 from tests.pages.scoring.tower import kind_of
 from tests.pages.scoring.windows import Window, shown_models
 from tests.waiting import wait_until
@@ -102,6 +103,7 @@ def test_enough_new_scores_are_learned_from_behind_the_person(session: Session):
     assert kind_of(shown_models(state)[0]) == "Flat"
 
 
+@takes_turns
 def test_imported_models_that_are_not_of_the_pool_are_shown_predicted_and_sorted(
     session: Session, tmp_path: Path, rules: str
 ):
@@ -165,6 +167,7 @@ def test_what_was_learned_is_there_again_after_a_restart(session: Session, tmp_p
         assert shown_models(state) == models
 
 
+@takes_turns
 def test_rounds_of_scoring_move_the_density_less_and_less(session: Session, tmp_path: Path):
     """The simplest person: likes flat models."""
     liked = {"Flat"}

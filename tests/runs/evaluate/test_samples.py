@@ -13,6 +13,7 @@ from grammarlab.runs.evaluate.curve_tasks import CurveTask, make_curve
 from grammarlab.runs.evaluate.samples import NUM_MODELS, STORE, choose, draw_models
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executor_choice import executor_of
+from tests.cases import takes_turns
 
 SCENARIO = """
 name = "boxes"
@@ -49,6 +50,7 @@ def test_samples_have_their_true_scores_and_the_divergences_of_the_curve(tasks, 
         assert np.mean(found.after.scores) > np.mean(found.before.scores)
 
 
+@takes_turns
 def test_samples_are_the_same_for_any_number_of_processes_and_when_read_back(tasks, tmp_path, monkeypatch):
     one, two = (draw_models(tasks, tmp_path / str(jobs), executor=executor_of(jobs)) for jobs in (1, 2))
     assert one == two

@@ -12,6 +12,7 @@ from grammarlab.runs.evaluate.persons import Person, person_rows, person_table
 from grammarlab.runs.evaluate.request import EvaluationRequest
 from grammarlab.runs.evaluate.run import evaluate_run
 from grammarlab.runs.sample.sources import load_source
+from tests.cases import takes_turns
 from tests.runs.learn.test_scenario import RULES, SCENARIO
 
 
@@ -49,6 +50,7 @@ def test_rows_are_measured_once(scenario, tmp_path, monkeypatch):
     assert density_rows([scenario], tmp_path / "out") == rows
 
 
+@takes_turns
 def test_persons_make_grammars_that_come_near(scenario, tmp_path):
     people = [Person(scenario, seed, 32, tmp_path / "cache") for seed in range(2)]
     rows = person_rows(people, tmp_path / "out")

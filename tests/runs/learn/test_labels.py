@@ -21,6 +21,7 @@ from grammarlab.runs.learn.density_pages import page_of_labels
 from grammarlab.runs.learn.from_labels import learn_from_labels
 from grammarlab.runs.learn.report import report_text
 from grammarlab.runs.sample.shipped import find_rules
+from tests.cases import takes_turns
 from tests.preference.labelling import label_models
 
 RULES = """version "2023.0"
@@ -227,6 +228,7 @@ def test_thousands_of_labels_are_learned_from(grammar, tmp_path):
     is_learned(learn(tmp_path, scored(grammar, red_below, number=2_000)), grammar, red_below)
 
 
+@takes_turns
 def test_thousands_of_features_are_looked_at(tmp_path):
     rules = [f"S{i} --> " + " ".join(f"5% : L{i}x{j}" for j in range(19)) + f" else : L{i}x19" for i in range(52)]
     text = "Lot --> " + " ".join(f"S{i}" for i in range(52)) + "\n" + "\n".join(rules)

@@ -19,6 +19,7 @@ from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import repeat_run, sample_run
 from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.runs.work.executors import Processes
+from tests.cases import takes_turns
 from tests.runs.grammars import TOWER
 
 
@@ -165,6 +166,7 @@ def test_without_a_picture_no_renderer_is_looked_for(tmp_path, monkeypatch):
     assert (result.sheet, result.request.renderer) == (None, "auto")
 
 
+@takes_turns
 def test_a_picture_by_opengl_is_recorded_with_its_driver_and_repeated(tmp_path):
     found = choose("auto")
     if found.name != "gl":

@@ -99,8 +99,8 @@ def test_a_stored_forest_of_the_third_format_is_what_its_grammar_derives_today()
     data = Path(__file__).parents[1] / "data"
     derived = derive(Grammar.parse((data / "format-3.cga").read_text()), 3, 5, first_model=7)
     stored = load_forest(data / "format-3")
-    # Since then, faces of extruded shapes and roofs have another order, roofs are sheets that share no points, and equal
-    # meshes are one.
+    # Since then, faces of extruded shapes and roofs have another order, roofs are sheets that share no points, and
+    # equal meshes are one.
     assert solids_of(stored) == solids_of(derived)
     leaves = replace(stored.leaves, mesh=derived.leaves.mesh)
     same = replace(derived, prints=(), missing_assets=())
