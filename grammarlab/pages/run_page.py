@@ -90,6 +90,8 @@ def run_page(folders: Sequence[Path], max_bytes: int = MAX_BYTES) -> RunPage:
         left_out.append(missing)
         name = f"{request.name}, seed {request.seed}"
         runs.append({"name": name, "folder": folder.name, "models": models, "leftOut": missing})
+    if len({run["name"] for run in runs}) < len(runs):
+        runs = [{**run, "name": f"{run['name']}, in {run['folder']}"} for run in runs]
     text = json.dumps(runs, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     built = STATIC / "view"
     content = _PAGE.format(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import copytree
 from typing import Any
 
 import pytest
@@ -80,3 +81,10 @@ def expect_change(canvas: Any, before: bytes) -> None:
             return
         canvas.page.wait_for_timeout(50)
     raise AssertionError("the picture has not changed")
+
+
+def test_runs_of_one_name_are_told_apart_by_their_folders(runs: list[Path], tmp_path: Path):
+    again = tmp_path / "again"
+    copytree(runs[0], again)
+    assert "<title>house, seed 0, in one and house, seed 0, in again" in run_page([runs[0], again]).content
+    assert "<title>house, seed 0 and house, seed 1" in run_page(runs).content
