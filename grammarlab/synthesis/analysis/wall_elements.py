@@ -172,8 +172,8 @@ def _boxes(mask: Flags, wall: Wall, corners: Floats) -> tuple[list[Floats], Flag
             triangles = np.unique(map_.triangle[grown][map_.depth[grown] >= wall.depth - BEHIND])
         else:
             triangles = np.unique(map_.triangle[extent][component])
-        points = corners[triangles[triangles >= 0], :, :2].reshape(-1, 2)
-        boxes.append(np.stack([exact(side, points, map_.step, wall.noise) for side in (low, high)]))
+        near = coordinates_of(corners[triangles[triangles >= 0], :, :2].reshape(-1, 2))
+        boxes.append(np.stack([exact(side, near, map_.step, wall.noise) for side in (low, high)]))
     return boxes, long
 
 
@@ -199,14 +199,32 @@ def is_too_long(low: Floats, high: Floats, wall: Wall) -> bool:
     return bool((high - low)[0] > LONGEST * (wall.high - wall.low)[0])
 
 
-def exact(side: Floats, points: Floats, step: float, noise: float) -> Floats:
-    """[2] the mean of the coordinates near each side, or the side itself if there are none."""
+def coordinates_of(points: Floats) -> tuple[Floats, Floats]:
+    """The different x and y of points [P, 2], ascending."""
+    return np.unique(points[:, 0]), np.unique(points[:, 1])
+
+
+def exact(side: Floats, coordinates: tuple[Floats, Floats], step: float, noise: float) -> Floats:
+    """[2] the mean of the coordinates near each side, or the side itself if there are none.
+
+    Args:
+        side: [2] about where it is, metres.
+        coordinates: ascending coordinates of points along both axes, metres.
+        step: metres per pixel.
+        noise: deviation of points, metres.
+    """
     exact = side.copy()
-    for axis in range(2):
-        coordinates = np.unique(points[:, axis])
-        nearest = coordinates[np.abs(coordinates - side[axis]).argmin()] if len(coordinates) else np.inf
+    spread = max(_MAX_SPREAD_M, _NOISE_FACTOR * noise)
+    for axis, ascending in enumerate(coordinates):
+        above = int(np.searchsorted(ascending, side[axis]))
+        near = ascending[max(above - 1, 0) : above + 1]
+        if not len(near):
+            continue
+        nearest = near[np.abs(near - side[axis]).argmin()]
         if abs(nearest - side[axis]) <= _MAX_DISTANCE_PIXELS * step + noise:
-            exact[axis] = float(
-                coordinates[np.abs(coordinates - nearest) <= max(_MAX_SPREAD_M, _NOISE_FACTOR * noise)].mean()
+            first, last = (
+                np.searchsorted(ascending, nearest - spread),
+                np.searchsorted(ascending, nearest + spread, "right"),
             )
+            exact[axis] = float(ascending[first:last].mean())
     return exact

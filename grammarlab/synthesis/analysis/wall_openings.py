@@ -10,15 +10,28 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import reduce
+from itertools import islice
 from typing import Any
 
 import numpy as np
 from scipy import ndimage
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.synthesis.analysis.wall_elements import MIN_AREA_M2, MIN_SIDE_M, NEAR, WallElements, exact, is_too_long
+from grammarlab.synthesis.analysis.wall_elements import (
+    MIN_AREA_M2,
+    MIN_SIDE_M,
+    NEAR,
+    WallElements,
+    coordinates_of,
+    exact,
+    is_too_long,
+)
 from grammarlab.synthesis.analysis.walls import BEFORE, BEHIND, FACING, MAX_TILT_M, DepthMap, Wall, covered
 
+_MOST_OPENINGS = 5_000
+"""Largest number of openings of a wall; with more it is a grille, and the time to compare them all grows."""
+_MOST_TILTED = 50
+"""Number of patches, those of most triangles, that a building may be turned to."""
 _MIN_TRIANGLES = 6
 """Least number of triangles around a hole, or around a door that reaches the ground."""
 _MIN_VISIBLE_SHARE = 0.1
@@ -54,6 +67,7 @@ def tilt_of(wall: Wall, corners: Floats, patches: Ints) -> float:
     0 if it has no effect. Arguments as in `openings_of`.
     """
     parts = [rows for patch in patches for rows in _patches([wall], corners, patch)[0]]
+    parts = sorted(parts, key=len)[-_MOST_TILTED:]
     numbers = [sum(1 for _ in _holes(wall, corners[rows])) for rows in parts]
     if not any(numbers):
         return 0.0
@@ -71,7 +85,11 @@ def _with_further(first: WallElements, second: WallElements) -> WallElements:
 
 
 def _openings(wall: Wall, corners: Floats, patches: Sequence[Ints]) -> WallElements:
-    found = [(box, float(np.median(corners[rows, :, 2]))) for rows in patches for box in _holes(wall, corners[rows])]
+    depths = [float(np.median(corners[rows, :, 2])) for rows in patches]
+    holes = ((box, depth) for rows, depth in zip(patches, depths, strict=True) for box in _holes(wall, corners[rows]))
+    found = list(islice(holes, _MOST_OPENINGS + 1))
+    if len(found) > _MOST_OPENINGS:
+        found = []
     boxes = np.array([box for box, _ in found]).reshape(-1, 2, 2)
     depth = np.array([value for _, value in found])
     middle = boxes.mean(axis=1)
@@ -117,7 +135,7 @@ def _holes(wall: Wall, corners: Floats) -> Iterator[Floats]:
     holes = filled[1:] & ~mask
     if not holes.any() or _is_frame(mask, map_.step):
         return
-    points = corners[..., :2].reshape(-1, 2)
+    near = coordinates_of(corners[..., :2].reshape(-1, 2))
     labelled: Any = ndimage.label(holes)
     for number, extent in enumerate(ndimage.find_objects(*labelled), start=1):
         hole = labelled[0][extent] == number
@@ -125,7 +143,7 @@ def _holes(wall: Wall, corners: Floats) -> Iterator[Floats]:
             map_.low + (origin + np.array([end(extent[1]), end(extent[0])])) * map_.step
             for end in (lambda span: span.start, lambda span: span.stop)
         )
-        low, high = (exact(side, points, map_.step, wall.noise) for side in (low, high))
+        low, high = (exact(side, near, map_.step, wall.noise) for side in (low, high))
         is_large = (high - low).min() >= MIN_SIDE_M and hole.sum() * map_.step**2 >= MIN_AREA_M2
         if is_large and hole.mean() >= _MIN_FILLED_SHARE and not is_too_long(low, high, wall):
             yield np.stack([low, high])

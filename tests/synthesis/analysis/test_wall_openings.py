@@ -134,3 +134,17 @@ def test_a_shutter_beside_a_window_belongs_to_it(tmp_path: Path) -> None:
     assert len(main.elements) == 8
     # No line between columns cuts a shutter off its window.
     assert all(not box[0] - 0.5 < line + WIDTH / 2.0 < box[2] for box in boxes for line in main.columns.line[1:-1])
+
+
+def test_a_grille_has_no_windows_and_takes_bounded_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("grammarlab.synthesis.analysis.wall_openings._MOST_OPENINGS", 30)
+    drawing = Drawing()
+    holes = [(x + 0.2, y + 0.2, x + 0.8, y + 0.8) for y in range(1, 6) for x in range(1, 9)]
+    drawing.wall((0.0, 0.0, WIDTH, HEIGHT), 0.0, holes)
+    drawing.around()
+    for hole in holes:
+        drawing.rectangle(hole, 0.0)
+    drawing.rectangle((11.0, 4.0, 12.0, 6.0), 0.1)
+    assert found(drawing.analysed(tmp_path / "grille.obj")) == pytest.approx(
+        np.array([[11.0, 4.0, 12.0, 6.0]]), abs=0.1
+    )
