@@ -148,7 +148,7 @@ class Refusing(MemoryFileSystem):
     left: ClassVar[list[int]] = [0]
 
     def pipe_file(self, path: str, value: bytes, *options: Any, **named: Any) -> None:
-        if "mode" in named:
+        if "mode" in named:  # as file systems of fsspec do that cannot create a file only if there is none
             raise NotImplementedError
         if not self.left[0]:
             raise ConnectionResetError("the store does not answer")
