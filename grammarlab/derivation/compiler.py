@@ -13,7 +13,7 @@ from grammarlab.derivation.functions import CONTEXT_QUERIES
 from grammarlab.derivation.functions.shape_attributes import ASK_FOR_PIVOT, KEY_ATTRIBUTES, STATE_DEFAULTS
 from grammarlab.derivation.functions.shape_tags import BUILTINS as TAG_FUNCTIONS
 from grammarlab.derivation.functions.shape_textures import BUILTINS as TEXTURE_FUNCTIONS
-from grammarlab.derivation.functions.street_sides import STREET_ALIASES
+from grammarlab.derivation.functions.street_sides import OLDER_SELECTORS
 from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors, override_name
 from grammarlab.derivation.operations import OPERATIONS
 from grammarlab.derivation.operations.texturing import OPERATIONS as TEXTURING
@@ -314,7 +314,7 @@ def _street_width(attribute: Attribute) -> StreetWidth:
 def _selects_streets(node: Node) -> bool:
     if isinstance(node, Invoke):
         return node.name == "envelope"
-    return isinstance(node, Name) and (node.identifier.startswith("street.") or node.identifier in STREET_ALIASES)
+    return isinstance(node, Name) and (node.identifier.startswith("street.") or node.identifier in OLDER_SELECTORS)
 
 
 def _reads_tags(node: Node) -> bool:

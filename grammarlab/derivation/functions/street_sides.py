@@ -33,8 +33,14 @@ from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.vectors import cross, unit
 from grammarlab.geometry.selectors import nearest_axis
 
-STREET_ALIASES = {"streetSide": ("street.front",), "noStreetSide": ("street.back", "street.left", "street.right")}
-"""Selectors of older rule files, with equivalent selectors."""
+OLDER_SELECTORS = {
+    "streetSide": (("street.front",), ()),
+    "noStreetSide": (("street.back", "street.left", "street.right"), ("object.side",)),
+}
+"""Selectors of older rule files, with equivalent selectors where streets are known, and where they are not.
+
+They ask whether there is a street: without one, no edge of a lot is along it. ``street.front`` asks for a direction.
+"""
 _TOLERANCE = 1e-6
 """Tolerance of points that lie on an edge, as a share of the longer side of the lot."""
 _QUADRANT = np.cos(np.radians(45.0))
@@ -81,6 +87,30 @@ def by_streets(
     if workspace.streets is None or not selector.startswith("street."):
         return flags
     return np.where(workspace.streets.known(shapes)[owner], _has_side(selector, sides()), flags)
+
+
+def picked_by(
+    selector: str, picked: Callable[[str], Flags], owner: Ints, shapes: Shapes, workspace: Workspace
+) -> Flags:
+    """[K] what a selector, or one of older rule files, picks.
+
+    Args:
+        selector: the selector.
+        picked: what a selector that is not of older rule files picks [K].
+        owner: [K] the shape of each face, edge or vertex.
+        shapes: [N].
+        workspace: workspace of the derivation.
+    """
+    if selector not in OLDER_SELECTORS:
+        return picked(selector)
+    along, elsewhere = OLDER_SELECTORS[selector]
+
+    def any_of(names: tuple[str, ...]) -> Flags:
+        return np.logical_or.reduce([np.zeros(len(owner), bool), *map(picked, names)])
+
+    if workspace.streets is None:
+        return any_of(elsewhere)
+    return np.where(workspace.streets.known(shapes)[owner], any_of(along), any_of(elsewhere))
 
 
 def _has_side(selector: str, sides: Sides) -> Flags:

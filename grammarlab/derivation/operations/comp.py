@@ -30,11 +30,12 @@ from grammarlab.derivation.frames import CUBE, cube_index
 from grammarlab.derivation.functions.shape_measures import alike_meshes, local_meshes, oriented
 from grammarlab.derivation.functions.shape_tags import COMPONENT_TAGS
 from grammarlab.derivation.functions.street_sides import (
-    STREET_ALIASES,
+    OLDER_SELECTORS,
     OutwardLines,
     by_streets,
     face_sides,
     line_sides,
+    picked_by,
 )
 from grammarlab.derivation.state.box_orders import kinds
 from grammarlab.derivation.state.face_tags import sets_of_components
@@ -397,20 +398,20 @@ def _chosen(call: BoundCall, components: AbstractComponents, head: Head, availab
             names = {part: COMPONENT_TAGS + (f".{part}" if part else "") for part in ("", "e", "v")}
             tags = {name: components.tags(part)[candidates] for part, name in names.items()}
             shapes = shapes._replace(state={**shapes.state, **tags})
-        flags = selected(call, head.condition, shapes, number, lambda word: _picked(components, word)[candidates])
+        flags = selected(call, head.condition, shapes, number, lambda word: _picked(call, components, word)[candidates])
         return candidates[flags]
     value = head.argument.value
     if head.argument.keyword:
-        return np.flatnonzero(available & _picked(components, str(value)))
+        return np.flatnonzero(available & _picked(call, components, str(value)))
     # Numbers go round: of six faces, 6 is the first and -1 the last one.
     count = np.maximum(np.bincount(components.row, minlength=call.shapes.num), 1)
     target_index = np.rint(call.column(head.argument)) % count
     return np.flatnonzero(available & (components.index == target_index[components.row]))
 
 
-def _picked(components: AbstractComponents, selector: str) -> Flags:
+def _picked(call: BoundCall, components: AbstractComponents, selector: str) -> Flags:
     """[K] the components that a selector, or one of older rule files, names."""
-    return np.logical_or.reduce([components.picked(name) for name in STREET_ALIASES.get(selector, (selector,))])
+    return picked_by(selector, components.picked, components.row, call.shapes, call.workspace)
 
 
 def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: Head) -> BoundPart:
@@ -467,6 +468,6 @@ def edges_of_faces(call: BoundCall) -> tuple[Shapes, Rows]:
 
 BLOCKS: dict[str, BlockOperation] = {
     "comp": BlockOperation(
-        comp, frozenset({*_MAKERS, "zUp", "noAlign"}), (1, 2), frozenset({*SELECTORS, *STREET_ALIASES})
+        comp, frozenset({*_MAKERS, "zUp", "noAlign"}), (1, 2), frozenset({*SELECTORS, *OLDER_SELECTORS})
     )
 }

@@ -12,11 +12,12 @@ from grammarlab.arrays import offsets_from_counts, take_rows
 from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, BoundPart, Head, Operation, selected
 from grammarlab.derivation.functions.shape_measures import AlikeMeshes, alike_meshes, local_meshes, oriented
 from grammarlab.derivation.functions.street_sides import (
-    STREET_ALIASES,
+    OLDER_SELECTORS,
     EdgeMoves,
     by_streets,
     line_sides,
     outline_lines,
+    picked_by,
     with_moved_edges,
 )
 from grammarlab.derivation.operations.comp import edges_of_faces
@@ -45,7 +46,7 @@ _WINGS = {
     "shapeU": ("front", "right", "left"),
 }
 """Sides along which each operation makes wings, in the order of its arguments."""
-EDGES = frozenset({*ORIENTATIONS, *STREET_ALIASES, "all", "remainder"})
+EDGES = frozenset({*ORIENTATIONS, *OLDER_SELECTORS, "all", "remainder"})
 
 
 def offset(call: BoundCall) -> Shapes:
@@ -141,8 +142,13 @@ def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.floa
     def picked(selector: str) -> NDArray[np.bool_]:
         if selector == "all":
             return np.ones(len(outward), dtype=bool)
-        names = STREET_ALIASES.get(selector, (selector,))
-        return np.logical_or.reduce([_oriented_edges(call, name, meshes, outward, mesh) for name in names])
+        return picked_by(
+            selector,
+            lambda name: _oriented_edges(call, name, meshes, outward, mesh),
+            mesh,
+            call.shapes,
+            call.workspace,
+        )
 
     if head.condition is not None:
         # Bridges between an outline and its hole cannot be selected.

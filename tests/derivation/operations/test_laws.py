@@ -222,13 +222,16 @@ def test_a_solid_over_a_lot_with_courts_is_closed_and_has_no_wall_on_the_bridge(
         assert volumes_by_symbol(forest)["A"] == pytest.approx(3 * 92.0)
 
 
-def test_the_older_selectors_of_streets_pick_the_front_and_all_the_rest():
+@pytest.mark.parametrize("block", ["setback(2)", "extrude(2) comp(f)"])
+def test_without_streets_the_older_selectors_pick_no_side_and_all_sides(block):
+    rest = "remainder" if block.startswith("setback") else "all"
+
     def areas(selector: str) -> list[float]:
-        forest = sampled(f"Lot --> setback(2) {{ {selector} : A | remainder : B }}", footprint=(10.0, 8.0))
+        forest = sampled(f"Lot --> {block} {{ {selector} : A | {rest} : NIL }}", footprint=(10.0, 8.0))
         return measure.areas(world_meshes(forest)).tolist()
 
-    assert areas("streetSide") == areas("street.front")
-    assert areas("noStreetSide") == areas("street.back || street.left || street.right")
+    assert areas("streetSide") == []
+    assert areas("noStreetSide") == areas("object.side") != []
 
 
 @pytest.mark.parametrize(
