@@ -17,6 +17,7 @@ _ARGUMENTS = frozenset(
         "jobs",
         "method",
         "no_models",
+        "num_models",
         "port",
         "resume",
         "rows",

@@ -86,6 +86,9 @@ def sample(
         str, typer.Argument(help="A .cga, .toml or .xml file, or a shipped name.", autocompletion=complete_grammar)
     ] = "",
     num_models: Annotated[int, typer.Option("-n", "--num-models", help="Number of models per footprint.", min=1)] = 16,
+    models_text: Annotated[
+        str, typer.Option("--models", help="Only these models of the run, as in 3,7,9-12, each as in the whole run.")
+    ] = "",
     seed: Annotated[int, typer.Option("--seed", help="Seed. Model k of a seed is always the same.", min=0)] = 0,
     output: Annotated[
         str,
@@ -181,7 +184,7 @@ def sample(
         from grammarlab.cli.progress import progress
         from grammarlab.runs.sample.domains import opened_models
         from grammarlab.runs.sample.manifest import read_manifest
-        from grammarlab.runs.sample.request import SampleRequest
+        from grammarlab.runs.sample.request import SampleRequest, read_model_numbers
         from grammarlab.runs.sample.run import repeat_run, sample_run
         from grammarlab.runs.sample.shipped import find_rules
         from grammarlab.runs.work.executor_choice import executor_of
@@ -208,6 +211,9 @@ def sample(
         source = find_rules(grammar, assets, library, style)
         models = opened_models(source.suffix, source.text(), source.name, source.assets)
         _print_left_out(grammar, models.left_out())
+        chosen = read_model_numbers(models_text) if models_text else ()
+        if chosen and not (footprint or area or was_given(context, "num_models")):
+            num_models = max(num_models, chosen[-1] + 1)  # model k of a seed is the same in every run
         limit = {"num_models": num_models} if density is None or was_given(context, "num_models") else {}
         request = SampleRequest.of(
             grammar,
@@ -219,6 +225,7 @@ def sample(
             library=library,
             style=style,
             **limit,
+            models=chosen,
             seed=seed,
             attributes=models.attributes(attributes or []),
             start_rule=start_rule,
@@ -254,14 +261,15 @@ def _refuse_with_manifest(context: typer.Context) -> None:
     free = {"output", "assets", "renderer", "manifest", "jobs", "scheduler", "resume", "as_json"}
     for name in context.params:
         if name not in free and was_given(context, name):
-            raise UsageError(f"--manifest repeats a run with its own options: leave out {name.replace('_', ' ')}.")
+            option = name.removesuffix("_text").replace("_", " ")
+            raise UsageError(f"--manifest repeats a run with its own options: leave out {option}.")
 
 
 def _refuse_without_models(context: typer.Context) -> None:
     """Refuse options of files and pictures, of which there are none."""
-    for name in ("file_format", "single_file", "instancing", "origin", "columns", "scale", "renderer"):
+    for name in ("models_text", "file_format", "single_file", "instancing", "origin", "columns", "scale", "renderer"):
         if was_given(context, name):
-            option = {"file_format": "format"}.get(name, name.replace("_", "-"))
+            option = {"file_format": "format", "models_text": "models"}.get(name, name.replace("_", "-"))
             raise UsageError(f"--no-models writes no files of models: leave out --{option}.")
 
 

@@ -367,3 +367,16 @@ def test_rows_are_sampled_without_files_of_models(run, rules, tmp_path):
     assert "leave out --format" in run(*arguments, "--format", "obj", code=2).stderr
     assert "--shard-models needs --no-models" in run("sample", "toy", "--shard-models", "2", code=2).stderr
     assert "(--no-models)" in run("sample", "toy", "-n", "3000000", code=2).stderr
+
+
+def test_chosen_models_of_a_run_are_sampled_and_bad_lists_refused(run, rules, tmp_path):
+    path = rules(TOWER)
+    options = ("sample", path, "--no-image", "--jobs", "1", "-o", tmp_path / "out")
+    run(*options, "--models", "3, 20-21")
+    assert {p.stem for p in (tmp_path / "out").glob("*.glb")} == {"house-00003", "house-00020", "house-00021"}
+    for more, message in (
+        (("--models", "3", "-n", "3"), "the run has the models 0 to 2, found 3. A larger --num-models has more"),
+        (("--models", "x"), "models: expected numbers such as 3,7,9-12, found 'x'"),
+        (("--models", "3", "--no-models"), "--no-models writes no files of models: leave out --models"),
+    ):
+        assert message in run(*options, *more, code=2).stderr

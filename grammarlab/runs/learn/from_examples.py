@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -20,7 +20,9 @@ from grammarlab.runs.learn.example_learners import AbstractExampleLearner, examp
 from grammarlab.runs.learn.from_scenario import scenario_of, write_learned
 from grammarlab.runs.learn.scenario_measures import TrueDensity
 from grammarlab.runs.sample.domains import opened
+from grammarlab.runs.sample.manifest import MANIFEST, read_manifest
 from grammarlab.runs.sample.records import DERIVATIONS
+from grammarlab.runs.sample.request import read_model_numbers
 from grammarlab.runs.sample.shipped import RuleSource, find_rules
 from grammarlab.runs.work.workers import one_thread
 
@@ -131,16 +133,22 @@ def _rows_of(models: str, num_models: int, examples: Path) -> Ints:
     names = sorted(batch.name for batch in folder.glob("[0-9]*")) if folder.is_dir() else []
     if names != [f"{index:05d}" for index in range(len(names))]:
         raise UsageError(f"{examples}: a batch of models is missing; finish the run with sample --resume.")
-    rows: set[int] = set()
-    for part in models.split(","):
-        match = re.fullmatch(r"\s*(\d{1,9})\s*(?:-\s*(\d{1,9})\s*)?", part)
-        if match is None:
-            raise UsageError(f"models: expected numbers such as 3,7,9-12, found {part!r:.40}.")
-        first, last = int(match[1]), int(match[2] or match[1])
-        if last >= num_models or first > last:
-            raise UsageError(f"models: {examples} has the models 0 to {num_models - 1}, found {part.strip()!r:.40}.")
-        rows.update(range(first, last + 1))
-    return np.array(sorted(rows), dtype=np.int64)
+    numbers = _numbers_of(examples, num_models)
+    chosen = read_model_numbers(models, numbers[-1] + 1, str(examples))
+    row = {number: index for index, number in enumerate(numbers)}
+    if missing := [number for number in chosen if number not in row]:
+        raise UsageError(
+            f"models: {examples} has no model {missing[0]}, only some of its run: sample the others first."
+        )
+    return np.array([row[number] for number in chosen], dtype=np.int64)
+
+
+def _numbers_of(examples: Path, num_models: int) -> Sequence[int]:
+    """Numbers of the models of a run, in the order of its rows; a file of derivations alone has them from 0."""
+    if not (examples / MANIFEST).is_file():
+        return range(num_models)
+    numbers = read_manifest(examples).request.model_numbers
+    return numbers if len(numbers) == num_models else range(num_models)
 
 
 def _held_out(learner: AbstractExampleLearner[Any], designs: Any, method: str) -> HeldOut | None:

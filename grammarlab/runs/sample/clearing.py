@@ -146,7 +146,7 @@ def _is_written(request: SampleRequest, name: str) -> bool:
     if index is None and suffix == "png" and request.image and (not texture or texture == _PLAN):
         return not texture or request.stand is not None  # the sheet and the plan
     suffixes = {"obj": ("png", "jpg") if texture else ("obj", "mtl")}.get(request.file_format, (request.file_format,))
-    is_model = index is None if request.single_file else index is not None and int(index) < request.total_models
+    is_model = index is None if request.single_file else index is not None and int(index) in request.model_numbers
     return is_model and suffix in suffixes
 
 

@@ -131,10 +131,24 @@ class AbstractModels(ABC):
 
 
 def cut_batches(request: SampleRequest) -> tuple[Batch, ...]:
-    """The batches of a run: model k on footprint f has the index ``f * num_models + k`` under the run's seed."""
-    total = request.total_models
-    starts = range(0, total, BATCH_MODELS)
-    return tuple(Batch(index, first, min(BATCH_MODELS, total - first)) for index, first in enumerate(starts))
+    """The batches of a run: its models in order, cut where a batch is full or a number is missing."""
+    batches: list[Batch] = []
+    for first, end in _consecutive(request.model_numbers):
+        for start in range(first, end, BATCH_MODELS):
+            batches.append(Batch(len(batches), start, min(BATCH_MODELS, end - start)))
+    return tuple(batches)
+
+
+def _consecutive(numbers: Sequence[int]) -> Iterator[tuple[int, int]]:
+    """First number and end of each longest range of ascending numbers."""
+    if isinstance(numbers, range):
+        yield numbers.start, numbers.stop
+        return
+    first = numbers[0]
+    for number, following in zip(numbers, (*numbers[1:], None), strict=True):
+        if following is None or following > number + 1:
+            yield first, number + 1
+            first = following or 0
 
 
 def lots_of(request: SampleRequest, batch: Batch, grammar: Grammar) -> Lots:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, Self, TypedDict, Unpack, get_args
@@ -33,10 +33,15 @@ BATCH_MODELS = 64
 """Number of models of a batch: small enough to lose little when a run is interrupted."""
 
 
+MAX_CHOSEN = 10_000
+"""Largest number of chosen models: each may be a batch of its own, with a folder and a record."""
+
+
 class RequestOptions(TypedDict, total=False):
     """Options of a request; see `SampleRequest`."""
 
     num_models: int
+    models: tuple[int, ...]
     seed: int
     attributes: Mapping[str, AttributeValue]
     start_rule: str
@@ -71,6 +76,8 @@ class SampleRequest:
     """Folder of the assets that it names."""
     num_models: int = 1
     """Number of models per footprint, at least 1."""
+    models: tuple[int, ...] = ()
+    """Numbers of the models to make, ascending, each as it is in the whole run; empty for all of them."""
     seed: int = 0
     """0 .. 2**64 - 1."""
     attributes: Mapping[str, AttributeValue] = field(default_factory=dict)
@@ -114,6 +121,7 @@ class SampleRequest:
         if not re.fullmatch(r"\.\w{1,32}", self.suffix):
             raise UsageError(f"{self.suffix!r} is not the suffix of a file: expected one such as {DEFAULT!r}.")
         _check_range("number of models", self.num_models * max(len(self.footprints), 1), 1, MAX_MODELS)
+        object.__setattr__(self, "models", _checked_models(self.models, self.num_models * max(len(self.footprints), 1)))
         _check_range("seed", self.seed, 0, 2**64 - 1)
         if self.stand is not None:
             if self.footprints:
@@ -213,9 +221,14 @@ class SampleRequest:
         return self.stand is not None or (len(self.footprints) > 0 and self.num_models == 1)
 
     @property
+    def model_numbers(self) -> Sequence[int]:
+        """Numbers of the models of the run, ascending: model k on footprint f has the number ``f * num_models + k``."""
+        return self.models or range(self.num_models * max(len(self.footprints), 1))
+
+    @property
     def total_models(self) -> int:
-        """Number of models on all footprints."""
-        return self.num_models * max(len(self.footprints), 1)
+        """Number of models that the run makes, on all footprints."""
+        return len(self.model_numbers)
 
     def as_json(self) -> dict[str, Any]:
         """All fields that define the models and files as plain values, except the text and the asset folder."""
@@ -239,6 +252,7 @@ class SampleRequest:
             "renderer": self.renderer,
             "scale": self.scale,
             **({} if self.pivot == "world" else {"pivot": self.pivot}),
+            **({"models": list(self.models)} if self.models else {}),
             **({} if self.stand is None else {"stand": self.stand.as_json()}),
         }
 
@@ -271,6 +285,7 @@ _TYPES: Mapping[str, type] = {
     "renderer": str,
     "scale": str,
     "pivot": str,
+    "models": list,
     "stand": dict,
 }
 """Members of `SampleRequest.as_json`; earlier versions have fewer."""
@@ -287,6 +302,7 @@ def _fields(values: Mapping[str, Any]) -> dict[str, Any]:
     fields: dict[str, Any] = {name: member(values, name, _TYPES[name], where) for name in values}
     fields["attributes"] = plain_values(fields.get("attributes", {}), f"{where}.attributes")
     footprints = enumerate(fields.get("footprints", []))
+    fields["models"] = tuple(of_kind(number, int, f"{where}.models") for number in fields.get("models", []))
     fields["footprints"] = tuple(_footprint(entry, f"{where}.footprints[{index}]") for index, entry in footprints)
     if "stand" in fields:
         fields["stand"] = Stand.from_json(fields["stand"], f"{where}.stand")
@@ -330,6 +346,51 @@ def _origin_of_stand(stand: Stand, georeference: Georeference | None) -> tuple[f
     far = shared_origin(stand.position, stand.position)
     x, y, z = (np.zeros(3) if far is None or (georeference and georeference.longitude is not None) else far).tolist()
     return x, y, z
+
+
+def read_model_numbers(text: str, num_models: int = MAX_MODELS, whose: str = "the run") -> tuple[int, ...]:
+    """Numbers of models of a run, ascending, from a text such as ``3,7,9-12``.
+
+    Args:
+        text: numbers, and ranges that include their ends.
+        num_models: number of models of the run.
+        whose: the run, for messages.
+
+    Raises:
+        UsageError: If it is another text, names a model that the run lacks, or more than `MAX_CHOSEN`.
+
+    >>> read_model_numbers("7,3,9-12", 16)
+    (3, 7, 9, 10, 11, 12)
+    """
+    numbers: set[int] = set()
+    for part in text.split(","):
+        match = re.fullmatch(r"\s*([0-9]{1,13})\s*(?:-\s*([0-9]{1,13})\s*)?", part)
+        if match is None:
+            raise UsageError(f"models: expected numbers such as 3,7,9-12, found {part!r:.40}.")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if first > last:
+            raise UsageError(
+                f"models: expected the smaller number first, as in {last}-{first}, found {part.strip()!r}."
+            )
+        if last >= num_models:
+            raise UsageError(f"models: {whose} has the models 0 to {num_models - 1:,}, found {part.strip()!r}.")
+        if len(numbers) + last - first >= MAX_CHOSEN:
+            raise UsageError(f"models: expected at most {MAX_CHOSEN:,} of them, found {part.strip()!r} and others.")
+        numbers.update(range(first, last + 1))
+    return tuple(sorted(numbers))
+
+
+def _checked_models(models: Sequence[int], num_models: int) -> tuple[int, ...]:
+    """Chosen models, each once and ascending."""
+    if len(models) > MAX_CHOSEN:
+        raise UsageError(f"models: expected at most {MAX_CHOSEN:,} of them, found {len(models):,}.")
+    for number in models:
+        if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < num_models:
+            raise UsageError(
+                f"models: the run has the models 0 to {num_models - 1:,}, found {number!r}. A larger `num_models=` has "
+                "more; of a seed they begin with the same ones."
+            )
+    return tuple(sorted(set(models)))
 
 
 def _check_range(what: str, value: int, low: int, high: int) -> None:

@@ -233,8 +233,10 @@ def _changed_option(earlier: SampleRequest, request: SampleRequest) -> str:
     if (earlier.text, earlier.suffix) != (request.text, request.suffix):
         return "the file of the models differs"
     before, now = earlier.as_json(), request.as_json()
-    changed = [name for name in now if before[name] != now[name]]
-    return f"{changed[0]} was {before[changed[0]]!r} and is {now[changed[0]]!r}" if changed else ""
+    for name in (*now, *(before.keys() - now.keys())):  # some options are listed only if they are not the usual ones
+        if before.get(name) != now.get(name):
+            return f"{name} was {before.get(name, 'as usual')!r:.60} and is {now.get(name, 'as usual')!r:.60}"
+    return ""
 
 
 def _make(
@@ -322,7 +324,8 @@ def _draw_sheet(
     same = request.scale == "same"
     tiles = draw_tiles(models, TILE_AREA, executor, same_scale=same, choice=choice)
     page = lay_out(len(tiles.pictures), request.columns, tiles.width, tiles.height)
-    captions = [(str(index), _size_text(extents)) for index, extents in enumerate(tiles.extents)]
+    shown = zip(request.model_numbers, tiles.extents, strict=False)
+    captions = [(str(index), _size_text(extents)) for index, extents in shown]
     scale = "all to one scale" if same else "each to its own scale"
     heading = (f"{request.name}   seed {request.seed}", f"width x height x depth, {scale}")
     path = folder / request.sheet_name

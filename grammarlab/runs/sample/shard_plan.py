@@ -50,6 +50,8 @@ class ShardPlan:
     """Number of models of all shards but the last."""
 
     def __post_init__(self) -> None:
+        if self.request.models:
+            raise UsageError("models: rows of tables are made of whole runs; leave it out, and select rows by `model`.")
         if not 1 <= self.shard_models <= MAX_SHARD_MODELS:
             raise UsageError(
                 f"models of a shard: expected 1 to {MAX_SHARD_MODELS:,} (all in memory), found {self.shard_models:,}."

@@ -16,6 +16,8 @@ from grammarlab.runs.learn import example_models as module
 from grammarlab.runs.learn.example_models import example_models
 from grammarlab.runs.learn.from_examples import learn_from_files
 from grammarlab.runs.sample.derivations import save_forest
+from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.run import sample_run
 
 RULES = """version "2023.0"
 attr height = rand(3, 9)
@@ -231,9 +233,17 @@ def test_examples_are_chosen_by_the_numbers_of_models(folder, tmp_path):
     (tmp_path / "house.cga").write_text(RULES)
     result = learn_from_files(str(tmp_path / "house.cga"), folder, tmp_path / "new.cga", models="3, 41-43,41")
     assert (result.num_examples, result.held_out) == (4, None)
-    for models, message in (("48", "models 0 to 47"), ("5-3", "models 0 to 47"), ("first", "such as 3,7,9-12")):
+    for models, message in (("48", "models 0 to 47"), ("5-3", "smaller number first"), ("first", "such as 3,7,9-12")):
         with pytest.raises(UsageError, match=message):
             learn_from_files(str(tmp_path / "house.cga"), folder, tmp_path / "new.cga", models=models)
+    request = SampleRequest(
+        name="house", text=RULES, assets=tmp_path, num_models=48, seed=3, models=(3, 41, 42, 43, 44), image=False
+    )
+    some = sample_run(request, tmp_path / "some")
+    again = learn_from_files(str(tmp_path / "house.cga"), some.folder, tmp_path / "again.cga", models="3, 41-43")
+    assert again.learned.text == result.learned.text.replace(folder.name, some.folder.name)
+    with pytest.raises(UsageError, match="has no model 40, only some of its run"):
+        learn_from_files(str(tmp_path / "house.cga"), some.folder, tmp_path / "again.cga", models="40-41")
     shutil.rmtree(folder / "derivations" / "00000")
     with pytest.raises(UsageError, match="sample --resume"):
         learn_from_files(str(tmp_path / "house.cga"), folder, tmp_path / "new.cga", models="3")

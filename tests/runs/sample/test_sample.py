@@ -16,7 +16,7 @@ from grammarlab.runs.sample import models as batches_module
 from grammarlab.runs.sample.derivations import load_forest
 from grammarlab.runs.sample.manifest import read_manifest
 from grammarlab.runs.sample.models import cut_batches
-from grammarlab.runs.sample.request import SampleRequest
+from grammarlab.runs.sample.request import SampleRequest, read_model_numbers
 from grammarlab.runs.sample.run import repeat_run, sample_run
 from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.runs.work.executors import Processes
@@ -386,3 +386,48 @@ def test_a_file_that_is_no_manifest_is_refused(tmp_path, content):
     (tmp_path / "manifest.json").write_text(content)
     with pytest.raises(AssetError, match="damaged"):
         read_manifest(tmp_path)
+
+
+@pytest.mark.parametrize("footprint", ["", "rows"])
+def test_chosen_models_are_those_of_the_whole_run(tmp_path, monkeypatch, footprint):
+    monkeypatch.setattr(batches_module, "BATCH_MODELS", 2)
+    footprints = read_footprints("MULTIPOLYGON (((0 0, 9 0, 9 9, 0 0)), ((20 0, 30 0, 30 9, 20 0)))")
+    options = {"footprints": footprints, "num_models": 5} if footprint else {"num_models": 10}
+    whole = sample_run(tower(tmp_path, **options), tmp_path / "whole")
+    some = sample_run(tower(tmp_path, **options, models=(8, 3, 4, 5, 3)), tmp_path / "some")
+    assert [model.index for model in some.models] == [3, 4, 5, 8]
+    for model in some.models:
+        assert model == whole.models[model.index]
+        assert (some.folder / model.file).read_bytes() == (whole.folder / model.file).read_bytes()
+    assert len(list(some.folder.glob("*.glb"))) == 4
+    again, different = repeat_run(read_manifest(some.manifest), tmp_path / "again")
+    assert (again.request.models, different) == ((3, 4, 5, 8), ())
+    with pytest.raises(UsageError, match=r"models was \[3, 4, 5, 8\] and is 'as usual'"):
+        sample_run(tower(tmp_path, **options), some.folder, resume=True)
+    (some.folder / "tower-00004.glb").write_bytes(b"")
+    sample_run(some.request, some.folder, resume=True)
+    assert contents(some.folder) == contents(again.folder)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "expected numbers such as 3,7,9-12, found ''"),
+        ("3,,4", "expected numbers such as 3,7,9-12, found ''"),
+        ("-1", "expected numbers such as 3,7,9-12, found '-1'"),
+        ("٣", "expected numbers such as 3,7,9-12"),
+        ("9-3", "the smaller number first, as in 3-9, found '9-3'"),
+        ("16", "the run has the models 0 to 15, found '16'"),
+    ],
+)
+def test_lists_of_models_that_are_none_are_refused(text, message):
+    with pytest.raises(UsageError, match=re.escape(message)):
+        read_model_numbers(text, 16)
+
+
+@pytest.mark.parametrize("models", [(3,), (-1,), (True,), (0.0,), range(20_000)])
+def test_a_request_refuses_models_that_its_run_does_not_have(tmp_path, models):
+    with pytest.raises(UsageError, match=r"models: (the run has the models 0 to 2, found|expected at most 10,000)"):
+        tower(tmp_path, models=models)
+    with pytest.raises(UsageError, match=r"models: expected at most 10,000 of them, found '0-99999999999' and"):
+        read_model_numbers("0-99999999999")
