@@ -10,7 +10,12 @@ from grammarlab.derivation.calls.texture_transfer import PIVOT_POSITION
 from grammarlab.derivation.expressions import VOCABULARY, CompiledFunction, ExpressionCompiler, Names, number_grammar
 from grammarlab.derivation.forest import RuleName, Site, SiteKind
 from grammarlab.derivation.functions import CONTEXT_QUERIES
-from grammarlab.derivation.functions.shape_attributes import ASK_FOR_PIVOT, KEY_ATTRIBUTES, STATE_DEFAULTS
+from grammarlab.derivation.functions.shape_attributes import (
+    ASK_FOR_PIVOT,
+    ASSET_MATERIAL,
+    KEY_ATTRIBUTES,
+    STATE_DEFAULTS,
+)
 from grammarlab.derivation.functions.shape_tags import BUILTINS as TAG_FUNCTIONS
 from grammarlab.derivation.functions.shape_textures import BUILTINS as TEXTURE_FUNCTIONS
 from grammarlab.derivation.functions.street_sides import OLDER_SELECTORS
@@ -247,8 +252,9 @@ class _Compilation:
             or any(isinstance(node, Call) and node.function == "convert" for node in self._nodes)
             or any(node.name == "translate" for node in invoked)
         )
-        pivot = PIVOT_POSITION if asks else ()
-        return frozenset((read & STATE_DEFAULTS.keys()) | (changed & self._grammar.attributes.keys()) | set(pivot))
+        names = (read & STATE_DEFAULTS.keys()) | (changed & self._grammar.attributes.keys())
+        names |= set(PIVOT_POSITION) if asks else set()
+        return frozenset(names | ({ASSET_MATERIAL} if any(map(_asks_for_asset_material, self._nodes)) else set()))
 
 
 def _invoked(nodes: Iterable[Node]) -> Iterator[SymbolKey]:
@@ -315,6 +321,12 @@ def _selects_streets(node: Node) -> bool:
     if isinstance(node, Invoke):
         return node.name == "envelope"
     return isinstance(node, Name) and (node.identifier.startswith("street.") or node.identifier in OLDER_SELECTORS)
+
+
+def _asks_for_asset_material(node: Node) -> bool:
+    if isinstance(node, Invoke):
+        return node.name == "resetMaterial"
+    return isinstance(node, Call) and node.function == "getMaterial"
 
 
 def _reads_tags(node: Node) -> bool:

@@ -160,6 +160,39 @@ class MaterialTable:
             ids.append(self.palette([self.members(member)[0] for member in members]))
         return np.array(ids, dtype=np.int32)[inverse]
 
+    def without(self, materials: NDArray[np.int32], assets: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Materials [N] without what they have from the materials of assets [N]: only what was changed since."""
+        pairs, inverse = np.unique(np.column_stack((materials, assets)), axis=0, return_inverse=True)
+        ids = [self.palette([self._difference(*both) for both in self._slots(*pair)]) for pair in pairs.tolist()]
+        return np.array(ids, dtype=np.int32)[inverse.ravel()]
+
+    def _slots(self, material: int, asset: int) -> list[tuple[int, int]]:
+        """The members of two materials by the slots of faces; those of one are repeated for all slots of the other."""
+        one, other = self.members(material), self.members(asset)
+        count = max(len(one), len(other))
+        return list(zip((one * count)[:count], (other * count)[:count], strict=True))
+
+    def _difference(self, material: int, asset: int) -> int:
+        changed = self._changed(material, asset)
+        return self._intern(0, {name: self._rows[material][_INDEX_OF_CHANNEL[name]] for name in changed})
+
+    def _changed(self, material: int, other: int) -> list[str]:
+        """Channels of which one material differs from another; the three of a colour are set together."""
+        rows = list(zip(_INDEX_OF_CHANNEL, self._rows[material], self._rows[other], strict=True))
+        groups = {name.partition(".")[0] for name, value, other_value in rows if value != other_value}
+        return [name for name, *_ in rows if name.partition(".")[0] in groups]
+
+    def attributes(self, material: int, *, changed: bool) -> dict[str, float | str]:
+        """Attributes of one material by their names in CGA, without ``material.``; those of a palette's first member.
+
+        Args:
+            material: its id.
+            changed: whether only those are of interest that differ from the material of an initial shape.
+        """
+        names = self._changed(material, 0) if changed else _INDEX_OF_CHANNEL
+        row = self._rows[material]
+        return {"colormap" if name == "texture" else name: row[_INDEX_OF_CHANNEL[name]] for name in names}
+
     def members(self, material: int) -> tuple[int, ...]:
         """The materials of a palette by the slots of faces; the material itself for other ids."""
         return self._members.get(material, (material,))

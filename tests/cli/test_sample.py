@@ -238,11 +238,11 @@ def test_unknown_ways_to_draw_are_refused_with_the_choices(run, option):
 
 def test_what_is_left_out_or_cannot_be_carried_out_is_told_once(run, rules, tmp_path):
     path = rules(
-        'import lib : "lib.cga"\nimport gone : "gone.cga"\nLot --> setNormals(soft) set(trim.vertical, false) lib.A'
+        'import lib : "lib.cga"\nimport gone : "gone.cga"\nLot --> setupUV(0, 1, 1) set(trim.vertical, false) lib.A'
     )
-    rules("A --> softenNormals(30) extrude(3)", "lib.cga")
+    rules("A --> reduceGeometry(0.5) extrude(3)", "lib.cga")
     told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr.splitlines()
-    assert told[0] == "ignored, since no shape or colour depends on it: setNormals, softenNormals"
+    assert told[0] == "ignored, since no shape or colour depends on it: reduceGeometry, setupUV"
     assert told[1].startswith('not supported: the import "gone.cga", which cannot be read')
 
 

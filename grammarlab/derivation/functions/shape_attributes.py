@@ -18,8 +18,10 @@ from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError
 from grammarlab.language.syntax.keywords import KEYWORDS
 
+ASSET_MATERIAL = "material of the asset"
+"""Entry of `Shapes.state` with the material that the geometry had when it was inserted, if the grammar asks for it."""
 _WORDS = frozenset().union(*(KEYWORDS[name] for name in ("axis", "system", "position_type")))
-STATE_DEFAULTS: dict[str, float | str | bool] = {
+_READABLE_STATE: dict[str, float | str | bool] = {
     "split.index": 0.0,
     "split.total": 0.0,
     "comp.index": 0.0,
@@ -30,7 +32,9 @@ STATE_DEFAULTS: dict[str, float | str | bool] = {
     **dict.fromkeys(PIVOT_POSITION, 0.0),
     **{f"material.{name}": value for name, value in REMEMBERED.items()},
 }
-"""Entries of `Shapes.state` that operations or ``set`` change, and their values on an initial shape."""
+"""Entries of `Shapes.state` that operations or ``set`` change and rules read, and their values on an initial shape."""
+STATE_DEFAULTS: dict[str, float | str | bool] = {**_READABLE_STATE, ASSET_MATERIAL: 0.0}
+"""The same with entries that rules do not read."""
 _AXES = "xyz"
 ASK_FOR_PIVOT = frozenset({*PIVOT_POSITION, *(f"{kind}{axis}" for kind in ("scope.t", "pivot.o") for axis in _AXES)})
 """Readable and settable shape attributes that depend on the pivot."""
@@ -164,7 +168,7 @@ SHAPE_ATTRIBUTES: dict[str, Code] = {
     **{f"scope.r{_AXES[axis]}": _rotation(axis) for axis in range(3)},
     **{f"pivot.o{_AXES[axis]}": _orientation(axis) for axis in range(3)},
     "scope.elevation": lambda shapes, workspace: shapes.position[:, 1] + workspace.origins[shapes.model, 1],
-    **{name: _state(name) for name in STATE_DEFAULTS},
+    **{name: _state(name) for name in _READABLE_STATE},
     **{f"material.{name}": _channel(name) for name in CHANNELS},
     "material.color.a": _channel("opacity"),
     "material.color.rgb": _of_material(_color),

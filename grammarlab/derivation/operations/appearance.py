@@ -2,8 +2,7 @@
 
 ``set`` changes the numbers that place a shape: ``scope.t``, ``scope.r``, ``scope.s``, ``pivot.p`` and ``pivot.o``.
 
-Operations that change normals, but not the surface, are accepted and have no effect;
-`grammarlab check` warns of each use.
+``reduceGeometry`` and ``setupUV`` are accepted and have no effect; `grammarlab check` warns of each use.
 """
 
 from __future__ import annotations
@@ -17,11 +16,13 @@ from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.calls.texture_transfer import carried, pivot_position, with_pivot
 from grammarlab.derivation.frames import euler
 from grammarlab.derivation.functions.color_functions import parse_color
-from grammarlab.derivation.functions.shape_attributes import turn_angles
-from grammarlab.derivation.functions.text_functions import print_value
-from grammarlab.derivation.materials import CHANNELS
+from grammarlab.derivation.functions.shape_attributes import STATE_DEFAULTS, turn_angles
+from grammarlab.derivation.functions.shape_materials import asset_materials, named_values, with_asset_materials
+from grammarlab.derivation.functions.text_functions import print_value, to_number
+from grammarlab.derivation.materials import CHANNELS, REMEMBERED
 from grammarlab.derivation.operations.scope import s
-from grammarlab.derivation.state.shapes import ARRAY, Shapes, kind_of, number_column
+from grammarlab.derivation.state.array_table import is_table
+from grammarlab.derivation.state.shapes import ARRAY, Shapes, Value, as_column, kind_of, number_column
 from grammarlab.language.syntax.keywords import KEYWORDS
 from grammarlab.language.syntax.syntax_tree import TRIM_SWITCHES
 from grammarlab.randomness import fold
@@ -32,7 +33,8 @@ _PLACEMENT = frozenset(
 """The names of these numbers."""
 _UNCHANGED_SIZE = Argument(1.0, relative=True)
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
-_OF_LOOKS = ("reduceGeometry", "setNormals", "setupUV", "softenNormals")
+_OF_LOOKS = ("reduceGeometry", "setupUV")
+_REMEMBERED = frozenset(f"material.{name}" for name in REMEMBERED)
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}
 _SEEDIANS = np.uint64(0x5EED)
@@ -125,12 +127,77 @@ def label(call: BoundCall) -> Shapes:
     return call.shapes
 
 
+def set_material(call: BoundCall) -> Shapes:
+    """``setMaterial(array)``: the attributes whose names and values are in an array in turn, as by ``set`` of each."""
+    value, shapes = call.arguments[0].value, call.shapes
+    if not is_table(value):
+        raise call.error(f"setMaterial expected an array of names and values, found a {kind_of(value)}")
+    tables = np.broadcast_to(np.asarray(value), shapes.num)
+    material = shapes.material.copy()
+    state = dict(shapes.state)
+    for number in np.unique(tables).tolist():
+        rows = np.flatnonzero(tables == number)
+        table = call.workspace.tables[number]
+        if len(table.cells) % 2:
+            call.warn("setMaterial expects a value after each name; the last name is left out")
+        for name, text in named_values(table):
+            changes = _changes_by_text(call, name, text)
+            material[rows] = call.workspace.materials.repainted(material[rows], changes)
+            remembered = f"material.{name}"
+            if remembered in state and remembered in STATE_DEFAULTS:
+                state[remembered] = _with_text(call, state[remembered], remembered, text, rows)
+    return shapes._replace(material=material, state=state)
+
+
+def _changes_by_text(call: BoundCall, name: str, text: str) -> dict[str, float | str]:
+    """Channels of a material that an attribute without ``material.`` sets to a value written as a text."""
+    channel = _ALIASES.get(name, name)
+    if channel in CHANNELS:
+        number = to_number(text)
+        if np.isfinite(number):
+            return {channel: min(max(number, 0.0), 1.0)}
+        call.warn(f'setMaterial expected a number for {name}, found "{text}"; it does not change')
+        return {}
+    if name in ("color.rgb", "color", "emissive.rgb", "emissive"):
+        channels = [f"{name.partition('.')[0]}.{channel}" for channel in "rgb"]
+        return dict(zip((*channels, "opacity"), _color_of(text, call), strict=False))
+    return {"texture": text} if name == "colormap" else {}
+
+
+def _with_text(call: BoundCall, value: Value, name: str, text: str, rows: NDArray[np.int64]) -> Value:
+    """An attribute of the type of its default, set to a value written as a text at some rows."""
+    default, strings = STATE_DEFAULTS[name], call.workspace.strings
+    column = as_column(value, call.shapes.num, strings).copy()
+    if isinstance(default, str):
+        column[rows] = strings.id(text)
+    elif isinstance(default, bool):
+        column[rows] = text == "true"
+    elif np.isfinite(to_number(text)):
+        column[rows] = to_number(text)
+    return column
+
+
+def reset_material(call: BoundCall) -> Shapes:
+    """``resetMaterial(shape|geometry|all)``: without what rules changed, without the material of the asset, or both."""
+    shapes, target = call.shapes, call.words[0] if call.words else "shape"
+    asset = asset_materials(shapes)
+    if target == "geometry":
+        material = call.workspace.materials.without(shapes.material, asset)
+    else:
+        material = asset if target == "shape" else np.zeros(shapes.num, np.int32)
+    reset = {} if target == "geometry" else {name: STATE_DEFAULTS[name] for name in shapes.state if name in _REMEMBERED}
+    result = shapes._replace(material=material, state={**shapes.state, **reset})
+    return result if target == "shape" else with_asset_materials(result, np.zeros(shapes.num, np.int32))
+
+
 OPERATIONS: dict[str, Operation] = {
     "color": Operation(color, num_arguments=(1, 4)),
     "label": Operation(label, num_arguments=(1, 1)),
     "print": Operation(show, num_arguments=(1, 1)),
     "report": Operation(report, num_arguments=(2, 2)),
+    "resetMaterial": Operation(reset_material, KEYWORDS["material_target"], (0, 1)),
     "set": Operation(set_attribute, num_arguments=(2, 2), names_target=True),
+    "setMaterial": Operation(set_material, num_arguments=(1, 1)),
     "texture": Operation(texture, num_arguments=(1, 1)),
 }
 

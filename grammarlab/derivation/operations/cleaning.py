@@ -26,24 +26,24 @@ def cleanup_geometry(call: BoundCall) -> Shapes:
         raise call.error("cleanupGeometry expects all, edges, faces or vertices, and a tolerance between 0 and 1")
     kind = cast("Components", call.words[0])
     tolerances = np.clip(call.column(call.values[0]), 0.0, 1.0)
-    return _divided_anew(call, tolerances, lambda mesh, tolerance: cleaned(mesh, kind, tolerance))
+    return reworked(call, tolerances, lambda mesh, tolerance: _if_other(mesh, cleaned(mesh, kind, tolerance)))
 
 
 def convexify(call: BoundCall) -> Shapes:
     """``convexify(length)``: concave faces divided by cuts of at most a length in metres, of any without it."""
     longest = call.column(call.values[0]) if call.values else np.full(call.shapes.num, np.inf)
 
-    def divided(mesh: Meshes, length: float) -> Meshes:
+    def divided(mesh: Meshes, length: float) -> Meshes | None:
         if np.diff(mesh.face_offsets).max(initial=0) > MOST_CORNERS:
             call.warn(f"convexify divides faces of at most {MOST_CORNERS} corners; larger ones stay as they are")
-        return convexified(mesh, length) if has_concave_face(mesh)[0] else mesh
+        return _if_other(mesh, convexified(mesh, length)) if has_concave_face(mesh)[0] else None
 
-    return _divided_anew(call, longest, divided)
+    return reworked(call, longest, divided)
 
 
 def delete_holes(call: BoundCall) -> Shapes:
     """``deleteHoles()``: every face without its holes."""
-    return _divided_anew(call, np.zeros(call.shapes.num), lambda mesh, _: without_holes(mesh))
+    return reworked(call, np.zeros(call.shapes.num), lambda mesh, _: _if_other(mesh, without_holes(mesh)))
 
 
 def footprint(call: BoundCall) -> Shapes:
@@ -57,13 +57,13 @@ def footprint(call: BoundCall) -> Shapes:
     return replaced(shapes, Meshes.concatenate(areas), number.ravel(), table, call.workspace.frames)
 
 
-def _divided_anew(call: BoundCall, parameter: Floats, change: Callable[[Meshes, float], Meshes]) -> Shapes:
-    """Shapes whose surfaces consist of other faces, in the same scopes.
+def reworked(call: BoundCall, parameter: Floats, change: Callable[[Meshes, float], Meshes | None]) -> Shapes:
+    """Shapes with other surfaces in the same scopes; single rectangles stay as they are.
 
     Args:
         call: the operation, on shapes [N].
         parameter: [N] a number for each shape.
-        change: makes a mesh in metres, of some faces, from one and the number.
+        change: makes a mesh in metres, of some faces, from one and the number; None if it stays as it is.
     """
     shapes, table = call.shapes, call.workspace.meshes
     rows = np.flatnonzero(~np.isin(shapes.mesh, (EMPTY, FACE, FOOTPRINT)))
@@ -76,9 +76,8 @@ def _divided_anew(call: BoundCall, parameter: Floats, change: Callable[[Meshes, 
     meshes = scaled(table.take(ids), size)
     results: dict[int, Meshes] = {}
     for number, row in enumerate(chosen.tolist()):
-        mesh = meshes.take(np.array([number]))
-        result = change(mesh, float(parameter[row]))
-        if _counts(result) != _counts(mesh):
+        result = change(meshes.take(np.array([number])), float(parameter[row]))
+        if result is not None:
             results[number] = result
     if results:
         changed = np.array(list(results))
@@ -87,6 +86,10 @@ def _divided_anew(call: BoundCall, parameter: Floats, change: Callable[[Meshes, 
     mesh = shapes.mesh.copy()
     mesh[rows] = ids[inverse.ravel()]
     return shapes._replace(mesh=mesh)
+
+
+def _if_other(mesh: Meshes, result: Meshes) -> Meshes | None:
+    return None if _counts(result) == _counts(mesh) else result
 
 
 def _counts(mesh: Meshes) -> tuple[int, int, int]:

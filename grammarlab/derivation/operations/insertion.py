@@ -11,6 +11,7 @@ from grammarlab.arrays import Floats
 from grammarlab.assets.mesh_parts import PartMaterial
 from grammarlab.derivation.calls.calls import BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.texture_transfer import without_maps
+from grammarlab.derivation.functions.shape_materials import ASSET_MATERIAL, asset_materials, with_asset_materials
 from grammarlab.derivation.materials import CHANNELS
 from grammarlab.derivation.state.corner_maps import with_face_maps
 from grammarlab.derivation.state.mesh_table import mirrored, upright
@@ -45,23 +46,26 @@ def i(call: BoundCall) -> Shapes:
     if isinstance(text, str):
         return _inserted(call, call.shapes, text)
     shapes = call.shapes
-    mesh, size, position, material = (
+    mesh, size, position, material, of_asset = (
         shapes.mesh.copy(),
         shapes.size.copy(),
         shapes.position.copy(),
         shapes.material.copy(),
+        asset_materials(shapes).copy(),
     )
     for string in np.unique(text).tolist():
         rows = np.flatnonzero(text == string)
         part = _inserted(call, shapes.take(rows), call.workspace.strings[string])
         mesh[rows], size[rows], position[rows], material[rows] = part.mesh, part.size, part.position, part.material
-    return shapes._replace(mesh=mesh, size=size, position=position, material=material)
+        of_asset[rows] = asset_materials(part)
+    return with_asset_materials(shapes._replace(mesh=mesh, size=size, position=position, material=material), of_asset)
 
 
 def _bare(call: BoundCall) -> BoundCall:
     """The call on scopes of positive height, without the texture coordinates of the replaced geometry."""
     shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames)
-    return call._replace(shapes=without_maps(shapes, call.workspace))
+    bare = without_maps(shapes, call.workspace)
+    return call._replace(shapes=with_asset_materials(bare, np.zeros(bare.num, np.int32)))
 
 
 def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
@@ -108,7 +112,9 @@ def painted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
     ]
     table = call.workspace.materials
     table.cut_out |= {each.texture for each in asset.materials if each is not None and each.is_cut_out} - {""}
-    return shapes._replace(material=table.inserted(shapes.material, materials))
+    of_asset = table.inserted(np.zeros(shapes.num, np.int32), materials) if ASSET_MATERIAL in shapes.state else None
+    painted = shapes._replace(material=table.inserted(shapes.material, materials))
+    return painted if of_asset is None else with_asset_materials(painted, of_asset)
 
 
 def _channels(material: PartMaterial, *, has_image: bool) -> dict[str, float | str]:
