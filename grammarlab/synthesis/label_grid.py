@@ -138,6 +138,17 @@ def unnumbered(name: str) -> str:
     return head if head and number.isdigit() else name
 
 
+def single_units(grid: LabelGrid) -> tuple[int, int]:
+    """Numbers of units that occur once, and of all units; bare wall is none.
+
+    >>> single_units(LabelGrid.from_labels([[0, 1, 0], [2, 2, 2]], ["window", "door", "wall"]))
+    (1, 3)
+    """
+    counts = np.bincount(grid.labels[grid.labels >= 0], minlength=len(grid.names))
+    counts = counts[[unnumbered(name) != "wall" for name in grid.names]]
+    return int((counts == 1).sum()), int(counts.sum())
+
+
 def joined(examples: Sequence[LabelGrid]) -> list[LabelGrid]:
     """The grids with one numbering of names, in order of occurrence."""
     names = tuple(dict.fromkeys(name for example in examples for name in example.names))

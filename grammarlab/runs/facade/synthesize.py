@@ -23,7 +23,7 @@ from grammarlab.synthesis.assembly import facade_of, facade_of_tiling
 from grammarlab.synthesis.building_grammar import BuildingRules, building_rules
 from grammarlab.synthesis.built import Box, Built, NewBuildings, Stopwatch, check_size, family_of, new_buildings
 from grammarlab.synthesis.example_pictures import building_picture, label_picture
-from grammarlab.synthesis.label_grid import Labels, Wishes
+from grammarlab.synthesis.label_grid import LabelGrid, Labels, Wishes, single_units
 from grammarlab.synthesis.label_synthesis import NO_WISHES, Method
 from grammarlab.synthesis.mesh.building_files import read_mesh, write_glb
 from grammarlab.synthesis.mesh.surface import edge_numbers
@@ -109,7 +109,8 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
         replace_written(folder, "synthesize", written, [*files, *task.corrections])
     notes = []
     for file, analysed in zip(files, examples, strict=True):
-        notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in analysed.notes]
+        about_it = (*analysed.notes, *_repetition_notes(analysed.main.grid))
+        notes += [f"{file.name}: {note}" if len(files) > 1 else note for note in about_it]
     if task.method == "em" and task.wishes != NO_WISHES:
         notes.append("method em ignores wishes; energies include the violations")
     return {
@@ -118,6 +119,19 @@ def synthesize_buildings(files: Sequence[Path], folder: Path, task: SynthesisReq
         "family": family,
         "notes": notes + family_notes,
     }
+
+
+def _repetition_notes(grid: LabelGrid) -> tuple[str, ...]:
+    """A statement in words where most units occur once, so that nothing in the example says what may be repeated."""
+    num_single, num_units = single_units(grid)
+    if 2 * num_single <= num_units:
+        return ()
+    note = (
+        f"{num_single} of {num_units} units of the main wall occur once, so little in it can be repeated; if units "
+        "that look equal have different labels in example.json, correct its lines and labels, in the file or by "
+        "`grammarlab facade open`, and give the file by `--example`"
+    )
+    return (note,)
 
 
 def _read_regions(path: Path, rows: int, columns: int, examples: int) -> Labels:

@@ -9,6 +9,7 @@ from scipy import ndimage
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.facade.lattice import Lattice
+from grammarlab.synthesis.analysis.unit_names import NamedOpenings, names_of
 from grammarlab.synthesis.analysis.wall_elements import WallElements, off_plane
 from grammarlab.synthesis.analysis.walls import Wall
 from grammarlab.synthesis.label_grid import LabelGrid
@@ -27,9 +28,6 @@ _MAX_AREA_SHARE = 0.06
 """Share of the area off the plane from which differing depths make another unit."""
 _MIN_AREA_M2 = 0.3
 """Least area of which that share is taken, square metres."""
-_MAX_SILL_M, _MIN_DOOR_HEIGHT_M, _MAX_DOOR_WIDTH_M = 0.85, 1.8, 2.2
-"""Doors: largest height above the lowest point of the wall, least height, and largest width, metres; no door is wider
-than high."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +48,7 @@ class _Cell:
 
 
 def label_grid(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) -> LabelGrid:
-    """The label of each cell, with names by appearance: window, door, shop, wall, unit."""
+    """The label of each cell, with names by appearance."""
     cells = _cells(wall, elements, columns, rows)
     labels = np.zeros((len(rows), len(columns)), dtype=np.int64)
     # Inner cells come first: cells at an end are compared with them, since their own size is cut off by the wall.
@@ -60,9 +58,11 @@ def label_grid(wall: Wall, elements: WallElements, columns: Lattice, rows: Latti
         row, column = divmod(index, len(columns))
         labels[row, column] = _joined(cells[row][column], kinds, labels, wall.noise, is_inner=ends[index] == 0)
     used, labels = np.unique(labels, return_inverse=True)
-    lowest = set(labels.reshape(len(rows), -1)[0].tolist())
-    names = [_name(kinds[number][0], low in lowest, wall) for low, number in enumerate(used.tolist())]
-    return LabelGrid.from_labels(labels.reshape(len(rows), -1), _names(names))
+    labels = labels.reshape(len(rows), -1)
+    openings = NamedOpenings(
+        np.hstack([elements.low, elements.high]), labels[rows.member, columns.member], float(wall.low[1])
+    )
+    return LabelGrid.from_labels(labels, names_of(openings, [len(kinds[kind][0].boxes) for kind in used.tolist()]))
 
 
 def _joined(cell: _Cell, kinds: list[list[_Cell]], labels: Ints, noise: float, *, is_inner: bool) -> int:
@@ -150,22 +150,3 @@ def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
 def _beyond(depth: Floats, reference: Floats, slack: float) -> Flags:
     """[h, w] whether a depth is outside the range around the same pixel of the other cell."""
     return (depth[0] < reference[1] - slack) | (depth[0] > reference[2] + slack)
-
-
-def _name(cell: _Cell, is_low: bool, wall: Wall) -> str:
-    if not len(cell.boxes):
-        return "wall"
-    if len(cell.boxes) > 1:
-        return "unit"
-    width, height = cell.boxes[0, 2:] - cell.boxes[0, :2]
-    if is_low and cell.boxes[0, 1] - wall.low[1] <= _MAX_SILL_M and height >= _MIN_DOOR_HEIGHT_M:
-        return "door" if width <= min(_MAX_DOOR_WIDTH_M, height) else "shop"
-    return "window"
-
-
-def _names(names: list[str]) -> list[str]:
-    """Names, numbered if they occur several times."""
-    return [
-        name if (before := names[:index].count(name)) == 0 else f"{name}-{before + 1}"
-        for index, name in enumerate(names)
-    ]
