@@ -136,6 +136,19 @@ def inner_rect(call: BoundCall) -> Shapes:
     return _replaced(call, before, rectangles.inner_rect(before.meshes), moves)
 
 
+def rectify(call: BoundCall) -> Shapes:
+    """``rectify(angle)``: edges that deviate from an axis of the scope by less than an angle made parallel to it."""
+    from grammarlab.geometry.outlines.rectify import rectified  # noqa: PLC0415
+
+    angle = np.clip(call.column(call.values[0]), 0.0, 45.0)
+    before = alike_meshes(call.shapes, call.workspace, angle)
+
+    def moves(whole: Meshes) -> EdgeMoves:
+        return EdgeMoves(whole, np.zeros(len(whole.corners)), by_direction=True)
+
+    return _replaced(call, before, rectified(before.meshes, angle[before.first]), moves)
+
+
 def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.float64], mesh: Rows) -> NDArray[np.bool_]:
     """[C] whether the head of a part selects each edge."""
 
@@ -295,6 +308,7 @@ def _separated(meshes: Meshes, faces: Rows, counts: Rows) -> Meshes:
 OPERATIONS: dict[str, Operation] = {
     "innerRect": Operation(inner_rect),
     "offset": Operation(offset, _KEEP, (1, 2)),
+    "rectify": Operation(rectify, num_arguments=(1, 1)),
 }
 
 BLOCKS: dict[str, BlockOperation] = {

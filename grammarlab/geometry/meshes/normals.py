@@ -32,7 +32,8 @@ def corner_normals(meshes: Meshes, angle: float) -> Floats:
     smooth = shared[np.flatnonzero(cosine > np.cos(np.radians(angle)) + _SAME)]
     group = connected(len(meshes.corners), *_meeting_corners(meshes, table, smooth))
     mean = unit(sums_by_row(group, int(group.max(initial=-1)) + 1, normals[face]))[group]
-    return np.where(mean.any(axis=1)[:, None], mean, normals[face])
+    has_mean = np.count_nonzero(mean, axis=1) > 0
+    return np.where(has_mean[:, None], mean, normals[face])
 
 
 def _meeting_corners(meshes: Meshes, table: Edges, chosen: Indices) -> tuple[Indices, Indices]:
