@@ -27,6 +27,8 @@ from grammarlab.geometry.meshes.vectors import any_normal, cross, dot
 
 _TOLERANCE = 1e-9
 """Largest distance of points on a plane, as a share of the largest coordinate of their mesh."""
+_MEETING = 1e-6
+"""Metres within which sheets meet on the plane of a cut."""
 
 
 def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, high: Floats) -> Meshes:
@@ -537,7 +539,7 @@ def _caps(
         rank: [M] `Soup.rank` of the caps of each mesh.
         is_closed_mesh: [M] whether each mesh was closed, so that all of its cut edges form closed lines.
     """
-    rim = _closed_lines(_open_edges(faces, is_on_plane), is_closed_mesh)
+    rim = _closed_lines(_open_edges(_met(faces, points, is_on_plane, is_closed_mesh), is_on_plane), is_closed_mesh)
     if not len(rim.start):
         return faces.take(np.zeros(0, np.int64))
     plane = _plane_coordinates(points, rim, normals)
@@ -549,6 +551,21 @@ def _caps(
     ahead = flat[next_in_row(offsets)]
     is_hole = sum_rows(flat[:, 0] * ahead[:, 1] - flat[:, 1] * ahead[:, 0], offsets) < 0.0
     return _with_holes(loops, flat, is_hole) if is_hole.any() else loops
+
+
+def _met(faces: Soup, points: Floats, is_on_plane: Flags, is_closed_mesh: Flags) -> Soup:
+    """Faces whose sheets, which have points of their own, share those on the plane where they meet there."""
+    mesh = np.repeat(faces.mesh, np.diff(faces.offsets))
+    corners = np.flatnonzero(is_on_plane[faces.rows] & ~is_closed_mesh[mesh])
+    if not len(corners):
+        return faces
+    place = np.rint(points[faces.rows[corners]] / _MEETING)
+    _, first, number = np.unique(
+        np.column_stack((mesh[corners], place)), axis=0, return_index=True, return_inverse=True
+    )
+    rows = faces.rows.copy()
+    rows[corners] = faces.rows[corners[first[number.ravel()]]]
+    return replace(faces, rows=rows)
 
 
 @dataclass(frozen=True, slots=True)

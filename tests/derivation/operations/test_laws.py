@@ -222,6 +222,20 @@ def test_a_solid_over_a_lot_with_courts_is_closed_and_has_no_wall_on_the_bridge(
         assert volumes_by_symbol(forest)["A"] == pytest.approx(3 * 92.0)
 
 
+def test_a_cut_above_the_eaves_closes_a_roof_whose_slopes_reach_beyond_them():
+    """Slopes and gables are sheets: the lines of the cut go around, though their ends belong to different sheets."""
+    angle = np.radians(50.0)
+    for roof in ("roofGable(50, 1, 0)", "roofGable(50)", "roofHip(50, 1)", "roofHip(50)"):
+        forest = sampled(f"Lot --> {roof} split(y) {{ ~1 : comp(f) {{ world.up : Flat }} | ~1 : NIL }}", (12.0, 8.0))
+        eaves = -np.sin(angle) if ", 1" in roof else 0.0
+        inset = (4.0 * np.tan(angle) + eaves) / 2.0 / np.tan(angle)
+        expected = (8.0 - 2 * inset) * (12.0 - 2 * inset * roof.startswith("roofHip"))
+        assert areas_by_symbol(forest)["Flat"] == pytest.approx(expected)
+    # Beyond the gables the lines have ends.
+    open_roof = "Lot --> roofGable(50, 1, 1) split(y) { ~1 : comp(f) { world.up : Flat } | ~1 : NIL }"
+    assert "Flat" not in areas_by_symbol(sampled(open_roof, (12.0, 8.0)))
+
+
 @pytest.mark.parametrize("block", ["setback(2)", "extrude(2) comp(f)"])
 def test_without_streets_the_older_selectors_pick_no_side_and_all_sides(block):
     rest = "remainder" if block.startswith("setback") else "all"
