@@ -1,5 +1,6 @@
 import { element, svg } from "../shared/element.js";
 import { textButton } from "../shared/menu.js";
+import { makeContrasts } from "./contrasts.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
@@ -32,7 +33,8 @@ export function makeLearning(page) {
   const chart = element("figure", { class: "gl-chart" });
   const relevance = element("ul", { class: "gl-relevance" });
   const words = element("div", { class: "gl-words" });
-  const why = element("div", {}, element("h3", {}, "What the score depends on"), words, relevance);
+  const contrasts = makeContrasts(page);
+  const why = element("div", {}, element("h3", {}, "What the score depends on"), words, contrasts.element, relevance);
   const section = element("section", { class: "gl-card", "aria-label": "Learning" }, start, busy, hint, chart, why);
   let drawn = "";
 
@@ -44,6 +46,7 @@ export function makeLearning(page) {
     hint.textContent = hintOf(state);
     why.hidden = state.relevance.length === 0;
     words.replaceChildren(...state.words.map((line) => element("p", {}, line)));
+    contrasts.update(state);
     relevance.replaceChildren(...state.relevance.map(relevanceLine));
     const points = JSON.stringify(state.chart);
     if (points !== drawn) chart.replaceChildren(...drawChart(state.chart));

@@ -22,6 +22,8 @@
  * @typedef {{ labels: number, js: number }} Movement JS divergence between what was learned before and after an update, nats
  * @typedef {{ name: string, level: string, share: number }} Relevance
  *
+ * @typedef {{ text: string, without: number, having: number }} Contrast a choice in words, and the mean predicted scores of models without and with it
+ *
  * @typedef {object} State everything Python tells, whole each time it changes
  * @property {number} protocol
  * @property {string} title
@@ -44,6 +46,7 @@
  * @property {Movement[]} chart
  * @property {Relevance[]} relevance
  * @property {string[]} words What is liked and what is not, a sentence each.
+ * @property {Contrast[]} contrasts choices on which the scores depend
  * @property {number | null} gain Nats that 16 more scores are expected to gain.
  * @property {string} turn Factor whose scores would tell most; empty if there is one factor only.
  * @property {Progress | null} updating

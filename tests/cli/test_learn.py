@@ -181,7 +181,7 @@ def test_labels_of_a_simulated_person_become_a_grammar(run, labelled, tmp_path):
     assert values["js_before"] == values["scenario"]["js_before"]
     assert values["scenario"]["js_before"] > 0.1
     assert "Lot --> extrude(height) High" in out.read_text()
-    assert {file.name for file in folder.iterdir()} == REPORT
+    assert {file.name for file in folder.iterdir()} == REPORT | {"choice-1.png"}
     assert "| labels | 32 |" in (folder / "report.md").read_text()
     told = run("learn", grammar, "--labels", labels, "-o", out).stderr
     assert "features: High" in told

@@ -170,6 +170,17 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
             UsageError: If an address has no design in the space.
         """
 
+    def contrast(self, address: Address, feature: Feature) -> Realized | None:
+        """A design without and with the choice that a feature looks at, all else equal: two models, as meshes.
+
+        Returns:
+            The two; None if the feature is not about one choice, or if the design has no place for it.
+
+        Raises:
+            UsageError: If the address has no design in the space.
+        """
+        return None
+
     def parts(self, address: Address) -> AbstractParts:
         """The parts of a design."""
         return NoParts()

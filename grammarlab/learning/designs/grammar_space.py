@@ -35,6 +35,7 @@ from grammarlab.language.display_names import DisplayNames
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Numbering
 from grammarlab.learning.designs.addresses import Address, hashes_of
+from grammarlab.learning.designs.contrasts import choice_of, contrasted
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, AbstractParts, Realized
 from grammarlab.learning.designs.flattening import Flattened, flattened
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
@@ -190,6 +191,18 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def realize(self, addresses: Sequence[Address]) -> Realized:
         forest = self.derive(addresses)
         return Realized(realize(forest), forest.missing_assets)
+
+    def contrast(self, address: Address, feature: Feature) -> Realized | None:
+        choice = choice_of(feature)
+        programs = None if choice is None else contrasted(self.grammar, choice)
+        if programs is None or address.flat:
+            return None
+        forests = [derive(program, self._lots([address]), assets=self.folder) for program in programs]
+        without, having = (float(count(forest, [feature])[0, 0]) for forest in forests)
+        if without == having:
+            return None
+        pair = join_forests(forests)
+        return Realized(realize(pair), pair.missing_assets)
 
     def parts(self, address: Address) -> GrammarParts:
         return GrammarParts(self.derive([address]), number_grammar(self.grammar))

@@ -8,15 +8,17 @@ points.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.features.columns.formula_names import formula_words
-from grammarlab.features.patterns.pattern import Apply, Formula
+from grammarlab.features.patterns.pattern import Apply, Feature, Formula
 from grammarlab.language.display_names import DisplayNames
+from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.designs.contrasts import choice_of
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.preference.base import MAX_SCORE
@@ -26,6 +28,10 @@ MAX_KINDS = 3
 """Largest number of kinds on each side."""
 MAX_PARTS = 6
 """Largest number of parts on each side."""
+MAX_CONTRASTS = 3
+"""Largest number of choices that are shown as two designs."""
+_MAX_EXAMPLES = 16
+"""Designs with a choice to choose from, since the seed of one may give the same design without it."""
 _MAX_LEAVES = 8
 """Largest number of leaves of the tree that is described."""
 _MAX_UNEXPLAINED = 0.1
@@ -54,6 +60,22 @@ _MIN_LIKED_POINTS = 1.0
 
 
 @dataclass(frozen=True, slots=True)
+class ContrastWords:
+    """A choice that matters to a person, to be shown as two designs that differ in it alone."""
+
+    text: str
+    """The choice, such as ``Crown = Mast``."""
+    feature: Feature
+    """How often it is taken."""
+    without: float
+    """Mean score of designs without it, 0 to 100."""
+    having: float
+    """Mean score of designs with it, 0 to 100."""
+    examples: tuple[Address, ...]
+    """Some designs of the space itself that have it, the most liked ones first."""
+
+
+@dataclass(frozen=True, slots=True)
 class Words:
     """Liked and disliked kinds of designs."""
 
@@ -64,11 +86,14 @@ class Words:
     """Disliked kinds, most frequent first."""
     knowledge: tuple[str, ...] = ()
     """What is not known yet, see `grammarlab.learning.targets.unknown_part`."""
+    contrasts: tuple[ContrastWords, ...] = ()
+    """Choices of which the kinds speak, the most important ones first."""
 
     def displayed(self, names: DisplayNames) -> Words:
         """The kinds in the words of people instead of the identifiers of a grammar."""
         likes, dislikes = (tuple(map(names.text, side)) for side in (self.likes, self.dislikes))
-        return Words(likes, dislikes, self.knowledge)
+        contrasts = tuple(replace(contrast, text=names.text(contrast.text)) for contrast in self.contrasts)
+        return Words(likes, dislikes, self.knowledge, contrasts)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -88,20 +113,24 @@ class _Range:
     """Upper bound, excluded; infinity for none."""
 
 
-def words_of(table: DesignTable, scores: Floats, weights: Floats) -> Words:
+def words_of(table: DesignTable, scores: Floats, weights: Floats, addresses: Sequence[Address] = ()) -> Words:
     """Description of predictions.
 
     Args:
         table: table of the designs.
         scores: [m] predicted for the first m designs of the table, 0 to 100.
         weights: [m] >= 0, importance weight of each design.
+        addresses: [m] addresses of the designs; without them, contrasts have no examples.
     """
     rows = table.values(len(scores))
     if not (weights * scores).any() or np.ptp(scores) == 0.0:
         return Words((), ())
     names = _ColumnWords(table, rows)
     tree = _small_tree(rows, scores, weights, names)
-    return _parts(tree, rows, scores, weights, names) or _kinds(tree, rows, scores, weights, names)
+    words = _parts(tree, rows, scores, weights, names) or _kinds(tree, rows, scores, weights, names)
+    if not (words.likes or words.dislikes):
+        return words
+    return replace(words, contrasts=tuple(_contrasts(tree, rows, scores, weights, names, addresses)))
 
 
 def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> tuple[Split, ...]:
@@ -161,6 +190,28 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     likes = select(means >= _LIKED_SHARE * means.max(), mass * means, _MAX_LEAVES)
     dislikes = select(means < _DISLIKED_SHARE * means.max(), mass, _MAX_CONDITIONS)
     return Words(text(sorted(likes, key=lambda index: -means[index])), text(dislikes))
+
+
+def _contrasts(
+    tree: Sequence[Split],
+    rows: Floats,
+    scores: Floats,
+    weights: Floats,
+    names: _ColumnWords,
+    addresses: Sequence[Address],
+) -> Iterator[ContrastWords]:
+    """The choices that a tree tests and that change the mean score; a tree begins with the test that explains most."""
+    table = names.table
+    columns = [column for column in dict.fromkeys(split.column for split in tree) if choice_of(table.features[column])]
+    for column in columns[:MAX_CONTRASTS]:
+        has = rows[:, column] > _INTEGER_TOLERANCE
+        if not (weights[has].any() and weights[~has].any()):
+            continue
+        without, having = (float(np.average(scores[part], weights=weights[part])) for part in (~has, has))
+        best_first = sorted(np.flatnonzero(has[: len(addresses)]).tolist(), key=lambda row: -scores[row])
+        examples = [addresses[row] for row in best_first if not addresses[row].flat][:_MAX_EXAMPLES]
+        text = " = ".join(table.names[column].removeprefix("number of ").rsplit(" → ", 1))
+        yield ContrastWords(text, table.features[column], without, having, tuple(examples))
 
 
 def _ranges(tree: Sequence[Split]) -> list[dict[int, _Range]]:

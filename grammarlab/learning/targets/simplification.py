@@ -115,7 +115,8 @@ def predict(study: Study[Designs], state: State) -> Predicted:
     shares = np.max([[entry.share for entry in factor.relevances] for factor in factors], axis=0)[table.groups]
     scores = product([factor.predicted for factor in factors])
     if scores[possible].any():
-        words = words_of(table, scores, pool_designs.weights).displayed(study.space.display_names)
+        words = words_of(table, scores, pool_designs.weights, study.tables(state.wide).addresses)
+        words = words.displayed(study.space.display_names)
         return Predicted(factors, scores, shares, replace(words, knowledge=knowledge_of(state)))
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
     finding = (

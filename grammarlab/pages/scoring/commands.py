@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import UsageError, shown
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.pages import STATIC
 from grammarlab.pages.desk import DESK_COMMANDS, Command
@@ -19,8 +19,8 @@ from grammarlab.pages.scoring.session_files import FORMATS
 from grammarlab.pages.scoring.sorting import Order
 from grammarlab.pages.scoring.state import state_of
 from grammarlab.pages.windows import Message
-from grammarlab.pages.workers.tasks import FindPart, MakeGlb
-from grammarlab.pages.workers.thumbnails import LARGEST, SMALLEST
+from grammarlab.pages.workers.tasks import DrawContrast, FindPart, MakeGlb
+from grammarlab.pages.workers.thumbnails import GOOD, LARGEST, SMALLEST, sprite_sheet
 
 MAX_PICTURES = 400
 """Largest number of models in one request for pictures."""
@@ -116,6 +116,16 @@ def _model(desk: SessionDesk, request: Request) -> None:
     desk.ask_artist(MakeGlb(model), lambda glb: ({"label": label}, [glb]), request.answer, request.refuse)
 
 
+def _contrast(desk: SessionDesk, request: Request) -> None:
+    learned = desk.display.knowledge.learned
+    contrasts = {contrast.text: contrast for contrast in (() if learned is None else learned.contrasts)}
+    text = request.text("choice")
+    if text not in contrasts:
+        raise UsageError(f"choice: expected one that was learned, found {shown(text)}.")
+    task = DrawContrast(contrasts[text], request.integer("size", SMALLEST, LARGEST, 160), GOOD)
+    desk.ask_artist(task, lambda drawn: ({}, [sprite_sheet(drawn.pictures, 2)]), request.answer, request.refuse)
+
+
 def _part(desk: SessionDesk, request: Request) -> None:
     kind = "triangle" if "triangle" in request.values else "part"
     number = request.integer(kind, -(2**53), 2**53, 0)
@@ -159,6 +169,7 @@ COMMANDS: dict[str, Command[SessionDesk]] = {
     "cancel": _cancel,
     "pictures": _pictures,
     "model": _model,
+    "contrast": _contrast,
     "part": _part,
     "viewer": _viewer,
     "import": _import,

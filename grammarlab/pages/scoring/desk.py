@@ -15,7 +15,7 @@ from grammarlab.pages.scoring.learning import Learning
 from grammarlab.pages.scoring.populate import fresh_samples
 from grammarlab.pages.scoring.session_files import FORMATS, Result, SessionFiles, answer_outcome
 from grammarlab.pages.windows import Answer, Message, Refuse
-from grammarlab.pages.workers.tasks import FindPart, MakeGlb
+from grammarlab.pages.workers.tasks import DrawContrast, FindPart, MakeGlb
 from grammarlab.pages.workers.thumbnails import Thumbnails
 from grammarlab.pages.workers.worker_pool import WorkerPool
 
@@ -136,6 +136,8 @@ class SessionDesk(AbstractDesk):
             self.learning.prepare()
             self.learning.learn_behind()
 
-    def ask_artist(self, task: MakeGlb | FindPart, result: Result, answer: Answer, refuse: Refuse) -> None:
+    def ask_artist(
+        self, task: MakeGlb | FindPart | DrawContrast, result: Result, answer: Answer, refuse: Refuse
+    ) -> None:
         """Run a task about one model before all pictures."""
         self._artists.submit(task, partial(answer_outcome, answer, refuse, result), first=True)

@@ -57,6 +57,7 @@ def state_of(desk: SessionDesk) -> Message:
         "chart": [{"labels": labels, "js": js} for labels, js in record.chart],
         "relevance": _relevance(predicted),
         "words": [] if knowledge.learned is None else list(knowledge.learned.words),
+        "contrasts": _contrasts(display),
         "gain": None if knowledge.learned is None else knowledge.learned.gain,
         "turn": knowledge.learned.turn if knowledge.learned and knowledge.learned.turn in record.factors else "",
         "updating": None if updating is None else updating.as_json(),
@@ -108,6 +109,16 @@ def _pairs(display: SessionDisplay) -> list[Message]:
     return [
         {"models": list(models), "said": _verdict(models, scores)}
         for models in zip(*(grid.models for grid in display.record.grids), strict=True)
+    ]
+
+
+def _contrasts(display: SessionDisplay) -> list[Message]:
+    """The choices on which the scores depend, with the mean predicted scores of models without and with them."""
+    learned = display.knowledge.learned
+    return [
+        {"text": contrast.text, "without": round(contrast.without), "having": round(contrast.having)}
+        for contrast in (() if learned is None else learned.contrasts)
+        if contrast.models
     ]
 
 

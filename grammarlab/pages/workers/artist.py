@@ -16,7 +16,15 @@ from grammarlab.errors import Finding, GrammarlabError, UsageError
 from grammarlab.export.glb import merged_glb
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, AbstractParts
-from grammarlab.pages.workers.tasks import Begin, DrawModels, DrawnModels, FindPart, FoundPart, MakeGlb
+from grammarlab.pages.workers.tasks import (
+    Begin,
+    DrawContrast,
+    DrawModels,
+    DrawnModels,
+    FindPart,
+    FoundPart,
+    MakeGlb,
+)
 from grammarlab.pages.workers.worker_pool import Handler, Report
 from grammarlab.rendering.camera import View, frame
 from grammarlab.rendering.raycast import RaycastRenderer
@@ -78,7 +86,7 @@ class _Studio:
     """Warnings about all models so far."""
 
     def do(
-        self, request: Begin | DrawModels | MakeGlb | FindPart, _report: Report
+        self, request: Begin | DrawModels | DrawContrast | MakeGlb | FindPart, _report: Report
     ) -> DrawnModels | FoundPart | bytes | bool:
         if isinstance(request, Begin):
             return True
@@ -86,6 +94,8 @@ class _Studio:
             return self._glb(request.model)
         if isinstance(request, FindPart):
             return self._part(request)
+        if isinstance(request, DrawContrast):
+            return self._contrast(request)
         pictures = self._draw(
             request.models, RenderOptions(width=request.size, height=request.size, samples=request.samples)
         )
@@ -101,6 +111,18 @@ class _Studio:
         if self.parts is None or self.parts.model != request.model:
             self.parts = PartFinder(request.model, self.space.parts(Address.parse(request.model)))
         return self.parts.find(request.number, request.is_triangle)
+
+    def _contrast(self, request: DrawContrast) -> DrawnModels:
+        """Two pictures in one frame, so that what looks different is different."""
+        for model in request.contrast.models:
+            pair = self.space.contrast(Address.parse(model), request.contrast.feature)
+            if pair is None:
+                continue
+            batch = triangles(with_pictures(pair.scene, self.assets))
+            seen = frame(seen_points(batch), 1.0, View())
+            options = RenderOptions(width=request.size, height=request.size, samples=request.samples)
+            return DrawnModels(tuple(RaycastRenderer().render(batch.model(index), seen, options) for index in range(2)))
+        raise UsageError(f"{request.contrast.text}: no seed here gives two models that differ in this alone.")
 
     def _draw(self, models: Sequence[str], options: RenderOptions) -> list[NDArray[np.uint8]]:
         # A model that cannot be derived is reported in the large view; others are not affected.

@@ -27,6 +27,7 @@ from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.workers.tasks import (
     Choose,
+    Contrast,
     Factors,
     Features,
     LearnedUpdate,
@@ -120,7 +121,7 @@ class _LastUpdate:
         # The change is that since the models before were shown.
         divergence = 0.0 if request.choice is None else self._divergence(liked)
         left_out = _left_out(request.factors, state)
-        words, gain = self._words(liked), expected_gain(self._study, state)
+        (words, contrasts), gain = self._words(liked), expected_gain(self._study, state)
         features = self._features(request.known_version)
         return LearnedUpdate(
             features=features,
@@ -132,6 +133,7 @@ class _LastUpdate:
             js=divergence,
             chosen=chosen,
             words=words,
+            contrasts=contrasts,
             gain=gain,
             turn=self._turn(tuple(request.factors)),
         )
@@ -151,14 +153,20 @@ class _LastUpdate:
     def _turn(self, names: tuple[str, ...]) -> str:
         return names[next_factor(self._study, self._state, names, NUM_MORE)] if len(names) > 1 else ""
 
-    def _words(self, product: Predictions | None) -> tuple[str, ...]:
-        """What is not known yet, and liked and disliked kinds, in words."""
+    def _words(self, product: Predictions | None) -> tuple[tuple[str, ...], tuple[Contrast, ...]]:
+        """What is not known yet, and liked and disliked kinds, in words; and the choices of which these speak."""
         if product is None:
-            return ()
+            return (), ()
         weights = self._study.tables(self._state.wide).pool_designs.weights
         scores = np.clip(product.mean[: len(weights)], 0.0, MAX_SCORE).astype(np.float64)
-        words = words_of(self._study.table(self._state), scores, weights).displayed(self._study.space.display_names)
-        return (*knowledge_of(self._state), *words.lines)
+        addresses = self._study.tables(self._state.wide).addresses
+        words = words_of(self._study.table(self._state), scores, weights, addresses)
+        words = words.displayed(self._study.space.display_names)
+        contrasts = (
+            Contrast(each.text, each.feature, tuple(map(str, each.examples)), each.without, each.having)
+            for each in words.contrasts
+        )
+        return (*knowledge_of(self._state), *words.lines), tuple(contrasts)
 
     def _set_state(self, state: State, numbers: Mapping[str, int]) -> None:
         self._version += (state.wide, state.columns) != (self._state.wide, self._state.columns)

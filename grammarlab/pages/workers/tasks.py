@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.errors import Finding
 from grammarlab.pages.record.judgements import Scores
+
+if TYPE_CHECKING:
+    from grammarlab.features.patterns.pattern import Feature
 
 Singles = NDArray[np.float32]
 Factors = dict[str, Scores]
@@ -45,6 +48,33 @@ class DrawModels:
     """Pixels along each side."""
     samples: int
     """Samples along each side of a pixel: 1 is quick, 2 good."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contrast:
+    """A choice on which the scores depend, as two models that differ in it alone."""
+
+    text: str
+    """The choice in words."""
+    feature: Feature
+    """How often it is taken."""
+    models: tuple[str, ...]
+    """Addresses of models with it; the first one whose seed gives another model without it is shown."""
+    without: float
+    """Mean predicted score of models without it, 0 to 100."""
+    having: float
+    """Mean predicted score of models with it, 0 to 100."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawContrast:
+    """Task: draw a model without and with a choice: `DrawnModels`, two pictures in one frame."""
+
+    contrast: Contrast
+    size: int
+    """Pixels along each side."""
+    samples: int
+    """Samples along each side of a pixel."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +210,8 @@ class LearnedUpdate:
     """Addresses of the models to show."""
     words: tuple[str, ...] = ()
     """Liked and disliked kinds, one sentence each."""
+    contrasts: tuple[Contrast, ...] = ()
+    """Choices of which `words` speak, the most important ones first."""
     gain: float | None = None
     """Expected gain of 16 more scores in nats; None if it is unknown."""
     turn: str = ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,9 @@ from grammarlab.learning.targets.writers import Learned
 from grammarlab.runs.learn.from_examples import ExamplesResult
 from grammarlab.runs.learn.from_labels import LabelsResult
 from grammarlab.runs.learn.from_scenario import LearnResult
-from grammarlab.runs.learn.report import Report, compared_rows, cost_facts, distance
+from grammarlab.runs.learn.report import Choice, Report, compared_rows, cost_facts, distance
 from grammarlab.runs.learn.scenario_measures import TrueDensity
+from grammarlab.scene.scene_pictures import with_pictures
 from grammarlab.tables import markdown_table
 
 Rows = tuple[tuple[str, str, str], ...]
@@ -61,7 +63,18 @@ def page_of_labels(result: LabelsResult) -> Report:
         findings=density.notes,
         before=result.space,
         after=learned,
+        choices=lambda: tuple(_choices(result)),
     )
+
+
+def _choices(result: LabelsResult) -> Iterator[Choice]:
+    """The choices of which the words speak; a choice without two models that differ in it alone is left out."""
+    for words in result.density.predicted.words.contrasts:
+        pairs = (result.space.contrast(address, words.feature) for address in words.examples)
+        pair = next((pair for pair in pairs if pair is not None), None)
+        if pair is not None:
+            scene = with_pictures(pair.scene, result.source.assets)
+            yield Choice(words.text, words.without, words.having, scene)
 
 
 def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -39,6 +39,20 @@ class Sampled(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class Choice:
+    """A choice that matters, as one model without it and the same with it."""
+
+    text: str
+    """The choice in words."""
+    without: float
+    """Mean predicted score of models without it, 0 to 100."""
+    having: float
+    """Mean predicted score of models with it, 0 to 100."""
+    scene: Scene
+    """The two models."""
+
+
+@dataclass(frozen=True, slots=True)
 class Report:
     """Content of a page."""
 
@@ -54,10 +68,12 @@ class Report:
     findings: tuple[str, ...]
     before: Sampled
     after: Sampled
+    choices: Callable[[], tuple[Choice, ...]] = tuple
+    """Choices that matter, each as two models that differ in it alone; derived when the page is written."""
 
 
 def write_report(report: Report, folder: Path, *, seed: int, executor: AbstractExecutor) -> Path:
-    """Write ``report.md`` and its pictures ``before-after-4x4.png`` and ``before-after-10x10.png``.
+    """Write ``report.md`` and its pictures: ``before-after-4x4.png`` and so on, ``choice-1.png`` and so on.
 
     Args:
         report: the content.
@@ -76,7 +92,10 @@ def write_report(report: Report, folder: Path, *, seed: int, executor: AbstractE
     with only_run_in(folder):
         for side in SIDES:
             draw_side_by_side(densities, folder / _picture_name(side), side=side, seed=seed, executor=executor)
-        write_text(page, report_text(report))
+        choices = report.choices()
+        for number, choice in enumerate(choices, 1):
+            _draw_choice(choice, folder / _choice_name(number), executor)
+        write_text(page, report_text(report, choices))
     return page
 
 
@@ -107,7 +126,17 @@ def draw_side_by_side(
         Image.fromarray(np.concatenate(joined, axis=1)).save(part, format="PNG")
 
 
-def report_text(report: Report) -> str:
+def _draw_choice(choice: Choice, file: Path, executor: AbstractExecutor) -> None:
+    """Draw a model without and with a choice, side by side and to one scale."""
+    batch = triangles(choice.scene)
+    tiles = draw_tiles([batch.model(index) for index in range(2)], (WIDTH // 2) ** 2, executor, same_scale=True)
+    captions = [(f"without: {choice.without:.0f}", ""), (f"with: {choice.having:.0f}", "")]
+    page = draw_page(lay_out(2, 2, tiles.width, tiles.height), tiles.pictures, captions, (choice.text, ""))
+    with atomic_file(file) as part:
+        Image.fromarray(page).save(part, format="PNG")
+
+
+def report_text(report: Report, choices: Sequence[Choice] = ()) -> str:
     """The page as Markdown."""
     pictures = [
         f"![{side * side} samples before and {side * side} after, drawn at random]({_picture_name(side)})\n"
@@ -120,9 +149,19 @@ def report_text(report: Report) -> str:
         markdown_table(("", ""), report.facts),
         *pictures,
         *(f"## {heading}\n\n{text.rstrip()}\n" for heading, text in report.sections),
+        *_choice_lines(choices),
         *(f"Note: {finding}.\n" for finding in report.findings),
     ]
     return "\n".join(parts)
+
+
+def _choice_lines(choices: Sequence[Choice]) -> list[str]:
+    if not choices:
+        return []
+    head = (
+        "## Choices that matter\n\nOne model without and with each; numbers are mean predictions for all such models.\n"
+    )
+    return [head, *(f"![{choice.text}]({_choice_name(number)})\n" for number, choice in enumerate(choices, 1))]
 
 
 def compared_rows(target: str, measured: Measured) -> tuple[tuple[str, str, str], ...]:
@@ -156,6 +195,11 @@ def cost_facts(learned: Learned[Any], measured: Measured) -> tuple[tuple[str, st
         ("bound", f"{pilot.bound:.4g}, " + ("known" if pilot.has_bound else "the largest one met")),
         ("share above the bound, cut off", _percent(pilot.truncated)),
     )
+
+
+def _choice_name(number: int) -> str:
+    """The file of a choice."""
+    return f"choice-{number}.png"
 
 
 def _picture_name(side: int) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from grammarlab.errors import UsageError
 from grammarlab.learning.answers import answers_of
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.pool import Pool
@@ -16,8 +18,18 @@ from grammarlab.pages.record.judgements import Judgement, compared
 from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.scoring.knowledge import ModelPool
 from grammarlab.pages.scoring.populate import LISTS, WAYS
+from grammarlab.pages.workers.artist import artist
 from grammarlab.pages.workers.learner import learner
-from grammarlab.pages.workers.tasks import Choose, Factors, Features, LearnedUpdate, ModelChoice, Prepare, Update
+from grammarlab.pages.workers.tasks import (
+    Choose,
+    DrawContrast,
+    Factors,
+    Features,
+    LearnedUpdate,
+    ModelChoice,
+    Prepare,
+    Update,
+)
 from grammarlab.pages.workers.worker_pool import Handler
 from grammarlab.preference.label_files import read_labels, save_labels
 from grammarlab.preference.labels import Kind, Labels
@@ -83,6 +95,18 @@ def test_new_models_after_the_same_scores_need_no_second_fit(pool: ModelPool, mo
     assert not np.array_equal(
         update(handler, {"overall": other}, choice).factors["overall"].mean, once.factors["overall"].mean
     )
+
+
+def test_a_choice_that_was_learned_is_drawn_as_two_models_that_differ_in_it_alone(handler: Handler, pool: ModelPool):
+    scores = {"overall": {name: 90.0 if kind_of(name) == "Flat" else 10.0 for name in pool.names[:40]}}
+    contrast = update(handler, scores).contrasts[0]
+    assert (contrast.having > contrast.without) == ("Flat" in contrast.text)
+    assert {model[0] for model in contrast.models} == {"g"}
+    drawn = artist(".cga", TOWER, "tower", ".")(DrawContrast(contrast, 48, 1), report).pictures
+    assert [picture.shape for picture in drawn] == [(48, 48, 3)] * 2
+    assert not np.array_equal(*drawn)
+    with pytest.raises(UsageError, match="no seed here gives two models"):
+        artist(".cga", TOWER, "tower", ".")(DrawContrast(replace(contrast, models=()), 48, 1), report)
 
 
 @pytest.mark.parametrize(

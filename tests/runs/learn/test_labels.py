@@ -322,3 +322,11 @@ def test_the_report_says_what_happened(grammar, tmp_path):
     assert "| branches of rules | 6 | 7 |" in text
     assert "| models that rejection would accept | " in text
     assert "- Lot › Part 1" in text
+
+
+def test_the_report_shows_a_choice_as_two_models_that_differ_in_it_alone(grammar, tmp_path):
+    page = page_of_labels(learn(tmp_path, scored(grammar, glassy)))
+    choices = page.choices()
+    assert {choice.text for choice in choices} == {"Wall = Glass"}
+    assert (round(choices[0].without), round(choices[0].having), choices[0].scene.num_models) == (0, 100, 2)
+    assert "![Wall = Glass](choice-1.png)" in report_text(page, choices)

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source e9de335279eb48ef */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source c76daa8dacb1461c */
 
 // shared/ahead.js
 var Ahead = class {
@@ -1116,6 +1116,50 @@ function destination({ state, selection }, key, columns) {
   }
 }
 
+// scoring/contrasts.js
+var SIZE = 160;
+var TITLE = "One seed without and with the choice; the numbers are the mean predictions for all such models";
+function makeContrasts(page) {
+  const list = element("div", { class: "gl-contrasts" });
+  let drawn = "";
+  function update({ contrasts }) {
+    const now = JSON.stringify(contrasts);
+    if (now === drawn) return;
+    drawn = now;
+    for (const old of list.querySelectorAll("img")) URL.revokeObjectURL(old.src);
+    list.replaceChildren();
+    void show(contrasts, now);
+  }
+  async function show(contrasts, now) {
+    for (const { text, without, having } of contrasts) {
+      const [picture] = await page.channel.request("contrast", { choice: text, size: SIZE }).then(
+        ({ buffers }) => buffers,
+        () => []
+        // no seed gives two such models
+      );
+      if (drawn !== now) return;
+      if (!picture) continue;
+      const image = element("img", {
+        src: URL.createObjectURL(new Blob([picture], { type: "image/jpeg" })),
+        width: 2 * SIZE,
+        height: SIZE,
+        alt: `One model without ${text}, and the same with it`
+      });
+      const labels = [`without: ${without}`, `with: ${having}`].map((label) => element("span", {}, label));
+      list.append(
+        element(
+          "figure",
+          { title: TITLE },
+          element("figcaption", {}, text),
+          image,
+          element("div", { class: "gl-sides" }, ...labels)
+        )
+      );
+    }
+  }
+  return { element: list, update };
+}
+
 // scoring/learning.js
 var LITTLE = 0.01;
 function makeLearning(page) {
@@ -1136,7 +1180,8 @@ function makeLearning(page) {
   const chart = element("figure", { class: "gl-chart" });
   const relevance = element("ul", { class: "gl-relevance" });
   const words = element("div", { class: "gl-words" });
-  const why = element("div", {}, element("h3", {}, "What the score depends on"), words, relevance);
+  const contrasts = makeContrasts(page);
+  const why = element("div", {}, element("h3", {}, "What the score depends on"), words, contrasts.element, relevance);
   const section = element("section", { class: "gl-card", "aria-label": "Learning" }, start, busy, hint, chart, why);
   let drawn = "";
   function update(state) {
@@ -1146,6 +1191,7 @@ function makeLearning(page) {
     hint.textContent = hintOf(state);
     why.hidden = state.relevance.length === 0;
     words.replaceChildren(...state.words.map((line) => element("p", {}, line)));
+    contrasts.update(state);
     relevance.replaceChildren(...state.relevance.map(relevanceLine));
     const points = JSON.stringify(state.chart);
     if (points !== drawn) chart.replaceChildren(...drawChart(state.chart));
