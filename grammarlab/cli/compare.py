@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.console import friendly_errors, print_json, say
-from grammarlab.cli.numbers import divergence_share
 from grammarlab.cli.sample import complete_grammar
+from grammarlab.learning.targets.distance_words import divergence_share
 
 if TYPE_CHECKING:
     from grammarlab.runs.sample.comparison import Comparison

@@ -10,6 +10,7 @@ import typer
 from grammarlab.cli.console import Scheduler, friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
 from grammarlab.files import check_overwrites
+from grammarlab.learning.targets.distance_words import divergence_share
 
 
 def label(
@@ -72,4 +73,7 @@ def label(
             values = {"file": str(file), "person": person, "labels": len(result.labels), "liked": liked, "js": js}
             print_json(values | {"factors": list(result.labels.factors)})
         else:
-            say(f"{file}: {len(result.labels)} scores, {liked} above 0; their learned density is {js:.3g} nats off")
+            say(
+                f"{file}: {len(result.labels)} scores, {liked} above 0; "
+                f"a file learned from them is {divergence_share(js)} off what is liked"
+            )

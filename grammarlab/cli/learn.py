@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import exp
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
@@ -9,9 +10,9 @@ import typer
 
 from grammarlab.cli.console import Scheduler, friendly_errors, print_json, say
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
-from grammarlab.cli.numbers import divergence_share
 from grammarlab.cli.sample import complete_grammar
 from grammarlab.files import check_overwrites
+from grammarlab.learning.targets.distance_words import divergence_share
 
 if TYPE_CHECKING:
     from grammarlab.learning.targets.writers import Learned
@@ -81,7 +82,11 @@ def learn(
         typer.Option("--report", help="Folder for a page with tables and pictures before and after.", file_okay=False),
     ] = None,
     base: Annotated[
-        str, typer.Option("--base", help="With labels: the density that scores multiply, grammar or uniform.")
+        str,
+        typer.Option(
+            "--base",
+            help="With labels, what scores multiply: how often the grammar makes a model, or uniform: all alike.",
+        ),
     ] = ("grammar"),
     max_rules: Annotated[
         int | None,
@@ -323,7 +328,7 @@ def _examples_as_lines(result: ExamplesResult) -> list[str]:
     ]
     if held_out is not None:
         lines.append(
-            f"the new file can make {held_out.possible:,} of {held_out.num_models:,} held-out examples; their mean "
-            f"log-likelihood increased by {held_out.gain:.3g} nats"
+            f"the new file can make {held_out.possible:,} of {held_out.num_models:,} held-out examples, on average "
+            f"{exp(held_out.gain):.3g} times as often as the original"
         )
     return [*lines, *_truth_as_lines(result.truth), *_notes(result.learned)]

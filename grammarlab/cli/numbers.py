@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import log
 from typing import Any
 
 import typer
@@ -37,8 +36,3 @@ def plain_number(text: str) -> float:
 
 def _is_plain(text: str) -> bool:
     return text.isascii() and "_" not in text
-
-
-def divergence_share(js: float) -> str:
-    """A divergence in nats for people: 0 % for the same models, 100 % for files without a model in common."""
-    return f"{js / log(2.0):.2%}" if js < 0.01 * log(2.0) else f"{js / log(2.0):.0%}"

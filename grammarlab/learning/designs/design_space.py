@@ -160,7 +160,7 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
         Raises:
             UsageError: If it is unknown for designs of this kind.
         """
-        raise UsageError("the density of designs of this kind is unknown, so they have no uniform base.")
+        raise UsageError("how likely designs of this kind are is unknown, so they have no uniform base.")
 
     @abstractmethod
     def realize(self, addresses: Sequence[Address]) -> Realized:

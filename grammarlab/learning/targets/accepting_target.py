@@ -27,6 +27,7 @@ from grammarlab.features.patterns.conditions import sites_of
 from grammarlab.features.patterns.pattern import Feature, Present
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.grammar_space import RATE_MODELS
+from grammarlab.learning.targets.distance_words import divergence_share
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.simplification import TOLERANCE, simpler
 from grammarlab.learning.targets.target_density import (
@@ -177,7 +178,8 @@ def _with_acceptance(
     findings = [f"{why}, so the file keeps {rate:.2g} of its models by an acceptance rule; other engines ignore it"]
     if js > TOLERANCE:
         findings.append(
-            f"the predictions need more features: {js:.2g} nats of them were given up, which more scores may mend"
+            f"the predictions need more features: without them the file differs by {divergence_share(js)} from what "
+            "was learned, which more scores may mend"
         )
     result = AcceptedGrammar(
         text=written,

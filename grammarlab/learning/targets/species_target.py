@@ -24,6 +24,7 @@ from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.designs.species_space import SpeciesSpace
 from grammarlab.learning.designs.tree_columns import TreeBatch, columns_of, words_of_name
 from grammarlab.learning.round import State, Study
+from grammarlab.learning.targets.distance_words import divergence_share
 from grammarlab.learning.targets.file_head import head
 from grammarlab.learning.targets.kinds_of_trees import Part, divisible, parts_of, with_parts
 from grammarlab.learning.targets.simplification import (
@@ -162,7 +163,7 @@ class SpeciesWriter(AbstractTargetWriter[TreeBatch]):
         method = self.method(making.method)
         if making.base == "uniform":
             raise UsageError(
-                "base uniform: species have no density that is the same for every tree, since their columns have "
+                "base uniform: trees of a species cannot all be equally likely, since their columns have "
                 "scales of their own; use the base grammar, or widen the ranges of the species."
             )
         predicted = predict(study, state)
@@ -274,7 +275,8 @@ def _with_rule(pool: _Pool, most: int) -> _Result:
         findings.append("this is slow, and may fail for some trees: more scores of liked trees narrow the ranges")
     if simple.js > TOLERANCE:
         findings.append(
-            f"the predictions need more columns: {simple.js:.2g} nats of them were given up, which more scores may mend"
+            f"the predictions need more columns: without them the file differs by {divergence_share(simple.js)} from "
+            "what was learned, which more scores may mend"
         )
     species = replace(with_parts(pool.species, parts), acceptance=rule)
     columns = np.union1d(simple.preference.columns, region.columns)

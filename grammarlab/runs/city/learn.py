@@ -164,7 +164,9 @@ def _output(plan: Plan) -> Path:
     named = {zone.density for zone in plan.zones if zone.density is not None}
     if len(named) > 1:
         names = ", ".join(sorted(path.name for path in named))
-        raise UsageError(f"{plan.path}: its zones have several densities ({names}): give `output=`, the one to learn.")
+        raise UsageError(
+            f"{plan.path}: its zones have several learned files ({names}): give `output=`, the one to learn."
+        )
     return named.pop() if named else plan.path.with_name(plan.path.stem + SUFFIX)
 
 
@@ -182,7 +184,7 @@ def _zones(plan: Plan, answers: ZoneAnswers, path: Path) -> tuple[str, ...]:
     if len(zones) < 2:
         raise AssetError(
             f"{path}: expected answers with at least two zones, found {', '.join(zones)} only. "
-            "Zones of the plan with a density count even without answers."
+            "Zones of the plan with a learned file count even without answers."
         )
     return zones
 

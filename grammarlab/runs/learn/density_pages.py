@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import exp
 from pathlib import Path
 from typing import Any
 
@@ -105,7 +106,7 @@ def page_of_examples(result: ExamplesResult) -> Report:
     if held_out is not None:
         facts += [
             ("examples kept back that it can make", f"{held_out.possible:,} of {held_out.num_models:,}"),
-            ("these are likelier than before by a factor of exp", f"{held_out.gain:.3f}"),
+            ("how many times as often as the original, on average", f"{exp(held_out.gain):.3g}"),
         ]
     facts += [
         *cost_facts(learned, result.measured),

@@ -102,7 +102,7 @@ def _species_of(source: Source, space: SpeciesSpace, method: str, file: Path) ->
     check_method(method or known_score.METHODS[0], known_score.METHODS)
     if scenario.base == "uniform":
         raise UsageError(
-            f"scenario {scenario.name}: species have no density that is the same for every tree; use the base grammar."
+            f"scenario {scenario.name}: trees of a species cannot all be equally likely; use the base grammar."
         )
     scenario.check(space)
     labelled = LabelledSet.of(source)

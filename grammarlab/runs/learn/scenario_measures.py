@@ -54,7 +54,7 @@ class LabelledSet:
         if not target.any():
             raise UsageError(
                 f"scenario {scenario.name}: none of its {len(target):,} labelled models has a score above 0, so there "
-                'is no density to compare with. Raise num_models, or set draws = "flattened".'
+                'is nothing to compare with. Raise num_models, or set draws = "flattened".'
             )
         logs = np.concatenate(log_weights)
         return cls(source, target, np.exp(logs - logs.max()), batches)

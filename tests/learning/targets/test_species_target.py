@@ -135,7 +135,7 @@ def test_samples_of_a_learned_file_have_scenes():
 
 
 def test_species_have_no_uniform_density():
-    with pytest.raises(UsageError, match="no density that is the same for every tree"):
+    with pytest.raises(UsageError, match="trees of a species cannot all be equally likely"):
         learned_from(slender_or_stout, Making(base="uniform"))
 
 
