@@ -27,6 +27,7 @@ from grammarlab.facade.grammar.walks import (
     Walks,
     WalkState,
     WalkStep,
+    equal_futures,
     narrowest,
     pattern_of,
     walks,
@@ -100,7 +101,9 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     pattern = pattern_of(facade, stretch)
     storeys, column_walks = _storeys_and_walks(pattern, widths, heights)
     leaves = _FacadeLeaves(facade)
-    written = _FamilyWriter(pattern=pattern, storeys=storeys, walks=column_walks, leaf=leaves.body).write()
+    written = _FamilyWriter(
+        pattern=pattern, storeys=storeys, walks=column_walks, leaf=leaves.body, start=leaves.common_picture
+    ).write()
     error = _own_error(facade, pattern, storeys, column_walks)
     return replace(written, error=error, outlined=leaves.outlined)
 
@@ -123,7 +126,13 @@ def write_pattern(
     storeys, column_walks = _storeys_and_walks(pattern, widths, heights)
     names = RuleNames() if around is None else around.names
     return _FamilyWriter(
-        pattern=pattern, storeys=storeys, walks=column_walks, leaf=leaf, around=around, names=names
+        pattern=pattern,
+        storeys=storeys,
+        walks=column_walks,
+        leaf=leaf,
+        start="" if around is None else around.start,
+        around=around,
+        names=names,
     ).write()
 
 
@@ -163,9 +172,19 @@ class _FacadeLeaves:
         """Those whose meshes the rules refer to."""
         return tuple(mesh for mesh in self.meshes.values() if mesh)
 
+    @property
+    def common_picture(self) -> str:
+        """The operation that takes the picture that all leaves show a part of; empty if some show none or another."""
+        facade = self.facade
+        shown = set(facade.picture[facade.leaves].tolist())
+        return f'texture("{picture_file(facade, 0)}")' if shown == {0} else ""
+
     def _projection(self, shows: PictureWindow) -> str:
         low, high = np.array(shows.low), np.array(shows.high)
-        return window_projection(picture_file(self.facade, shows.picture), low, high - low)
+        projection = window_projection(low, high - low, _DIGITS)
+        if not projection or self.common_picture:
+            return projection
+        return f'texture("{picture_file(self.facade, shows.picture)}") {projection}'
 
 
 @dataclass
@@ -176,10 +195,14 @@ class _FamilyWriter:
     storeys: Storeys
     walks: Walks
     leaf: Callable[[Cell], str]
+    start: str = ""
+    """CGA before the facade."""
     around: Around | None = None
     names: RuleNames = field(default_factory=RuleNames)
     lines: list[str] = field(default_factory=list)
     cells: dict[Cell, str] = field(default_factory=dict)
+    bays: dict[str, str] = field(default_factory=dict)
+    """Rules of piers with the column after them, by their text."""
     labels: dict[str, str] = field(default_factory=dict)
     """Labels of leaves by symbol."""
 
@@ -189,18 +212,17 @@ class _FamilyWriter:
             self.lines.append(f"attr {name} = {run.turns}")
         if self.around:
             self.lines += [f"attr {WIDTH} = 0", f"attr {HEIGHT} = 0"]
-        start = self.around.start if self.around else ""
         self.lines.append("@StartRule")
-        self.lines.append(f"Lot --> {start} {front_of_box(f'1, 1, {THICKNESS}', 'Storeys')}")
+        self.lines.append(f"Lot --> {self.start} {front_of_box(f'1, 1, {THICKNESS}', 'Storeys')}")
         for name in ("Storeys", "Columns"):
             self.names.new(name)
-        states = {state: self.names.new(self._state_name(state)) for state in self.walks.steps}
         columns = self._column_names()
-        first = self._placed(columns, self.walks.before, self.walks.start.kind)
+        states = self._state_names(columns)
         self._add_storeys(attributes)
+        first = self._placed(columns, self.walks.before, self.walks.start.kind)
         self.lines.append(f"Columns --> {first} {states[self.walks.start]}")
-        for state, name in states.items():
-            self._add_state(state, name, states, columns)
+        for state in dict.fromkeys(self._equal_states().values()):
+            self._add_state(state, states, columns)
         for name, kind in {name: kind for kind, name in columns.items()}.items():
             self.lines.append(f"{name} --> {self._column_body(kind, attributes)}")
         self.lines += self.around.lines if self.around else ()
@@ -228,7 +250,7 @@ class _FamilyWriter:
             ways.append(f"{settings}s('1, {number(height, _DIGITS)}, 0) Columns")
         self.lines.append(_choice("Storeys", [1.0 / len(ways)] * len(ways), ways))
 
-    def _add_state(self, state: WalkState, name: str, states: dict[WalkState, str], columns: dict[int, str]) -> None:
+    def _add_state(self, state: WalkState, states: dict[WalkState, str], columns: dict[int, str]) -> None:
         ways = [
             f"{self._placed(columns, step.gap, step.to.kind)} {states[step.to]}" for step in self.walks.steps[state]
         ]
@@ -240,19 +262,26 @@ class _FamilyWriter:
             else:
                 ways.append(self._box(columns[after], self.pattern.columns.size[after]) if after >= 0 else "NIL")
             probabilities.append(self.walks.end[state])
-        self.lines.append(_choice(name, probabilities, ways))
+        self.lines.append(_choice(states[state], probabilities, ways))
 
     def _placed(self, columns: dict[int, str], gap: int, kind: int) -> str:
         """A pier and a column, side by side, and a move to the end of both."""
-        text = ""
-        for column_kind in (gap, kind):
-            if column_kind >= 0:
-                size = self.pattern.columns.size[column_kind]
-                length = number(size, _DIGITS)
-                text += f"[ {self._box(columns[column_kind], size)} ] t({length}, 0, 0) "
-                if self.around:
-                    text += f"set({WIDTH}, {WIDTH} + {length}) "
-        return text.rstrip()
+        kinds = [each for each in (gap, kind) if each >= 0]
+        if not kinds:
+            return ""
+        sizes = [self.pattern.columns.size[each] for each in kinds]
+        body = f"[ {self._box(columns[kinds[0]], sizes[0])} ]" if len(kinds) == 1 else self._bay(columns, gap, kind)
+        length = number(sum(round(size, _DIGITS) for size in sizes), _DIGITS)
+        return f"{body} t({length}, 0, 0)" + (f" set({WIDTH}, {WIDTH} + {length})" if self.around else "")
+
+    def _bay(self, columns: dict[int, str], gap: int, kind: int) -> str:
+        """The rule of a pier and a column, written at its first use."""
+        width, other = (number(self.pattern.columns.size[each], _DIGITS) for each in (gap, kind))
+        body = f"s({width} + {other}, '1, 0) split(x) {{ {width} : {columns[gap]} | {other} : {columns[kind]} }}"
+        if body not in self.bays:
+            self.bays[body] = self.names.new(columns[kind].replace("Column", "Bay"))
+            self.lines.append(f"{self.bays[body]} --> {body}")
+        return self.bays[body]
 
     def _box(self, name: str, size: float) -> str:
         return f"s({number(size, _DIGITS)}, '1, 0) {name}"
@@ -268,8 +297,24 @@ class _FamilyWriter:
                 name_of_cells[cells] = self.names.new(self._name(cells, "Column") if has_elements else "Pier")
         return {kind: name_of_cells[tuple(row[kind] for row in self.pattern.cells)] for kind in kinds}
 
+    def _state_names(self, columns: dict[int, str]) -> dict[WalkState, str]:
+        """The name of each state: the number of columns so far, and of doors among them.
+
+        Where the last column decides how walks go on, it is part of the name. States with equal futures have one name.
+        """
+        first = self._equal_states()
+        short = {state: self._state_name(state) for state in dict.fromkeys(first.values())}
+        names: dict[WalkState, str] = {}
+        for state, name in short.items():
+            is_clear = list(short.values()).count(name) == 1
+            names[state] = self.names.new(name if is_clear else name + columns[state.kind].replace("Column", ""))
+        return {state: names[first[state]] for state in first}
+
+    def _equal_states(self) -> dict[WalkState, WalkState]:
+        """The state whose rule is that of each state; probabilities count as far as they are written, in percent."""
+        return equal_futures(self.walks, self.pattern.columns.doors, _DIGITS + 2)
+
     def _state_name(self, state: WalkState) -> str:
-        """A name from the number of columns so far, and of doors among them."""
         if not state.doors:
             return f"After{state.columns}"
         where = "At" if self.pattern.columns.doors[state.kind] else "Past"
@@ -373,7 +418,9 @@ def _choice(name: str, probabilities: Listed[float], ways: Listed[str]) -> str:
 def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, column_walks: Walks) -> float | None:
     leaves = _FacadeLeaves(facade)
     own_storeys, own_walks = _own_member(pattern, storeys, column_walks)
-    writer = _FamilyWriter(pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaves.body)
+    writer = _FamilyWriter(
+        pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaves.body, start=leaves.common_picture
+    )
     error = member_error(facade, pattern, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
     return error if isfinite(error) else None
 

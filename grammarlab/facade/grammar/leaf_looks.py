@@ -107,22 +107,23 @@ def projection(facade: Facade, shows: ShownPictures, node: int) -> str:
     offset = (facade.position[node] - facade.position[0]) / facade.size[0]
     part = facade.size[node] / facade.size[0]
     low, whole = shows.window[node, :2], shows.window[node, 2:] - shows.window[node, :2]
-    return window_projection(picture_file(facade, int(shows.picture[node])), low + offset * whole, part * whole)
+    projection = window_projection(low + offset * whole, part * whole, _MAP_DIGITS)
+    return f'texture("{picture_file(facade, int(shows.picture[node]))}") {projection}' if projection else ""
 
 
-def window_projection(file: str, first: Floats, extent: Floats) -> str:
-    """The operations that lay a window of a picture on a rectangle; empty for one that has no area.
+def window_projection(first: Floats, extent: Floats, digits: int) -> str:
+    """The operation that lays a window of a picture on a rectangle; empty for one that has no area.
 
     Args:
-        file: name of the picture in the folder of assets.
         first: [2] left and bottom of the window, as parts of the picture.
         extent: [2] width and height of the window.
+        digits: decimals of numbers.
     """
     if (np.abs(extent) < _SAME_WINDOW).any():
         return ""
-    sizes = ", ".join(f"'{number(value, _MAP_DIGITS)}" for value in (1.0 / extent).tolist())
-    offsets = ", ".join(f"'{number(value, _MAP_DIGITS)}" for value in (first / extent).tolist())
-    return f'texture("{file}") setupProjection(0, scope.xy, {sizes}, {offsets})'
+    sizes = ", ".join(f"'{number(value, digits)}" for value in (1.0 / extent).tolist())
+    offsets = ", ".join(f"'{number(value, digits)}" for value in (first / extent).tolist())
+    return f"setupProjection(0, scope.xy, {sizes}, {offsets})"
 
 
 def store_as_assets(facade: Facade, folder: Path) -> None:

@@ -107,6 +107,31 @@ def walks(columns: KindSequence, low: float, high: float) -> Walks | None:
     return result
 
 
+def equal_futures(found: Walks, doors: tuple[bool, ...], decimals: int) -> dict[WalkState, WalkState]:
+    """For each state, the first of those from which walks go on in the same ways, also behind later columns.
+
+    A state at a door has no equal without one, so that the place of the door can be seen from its state.
+
+    Args:
+        found: the walks.
+        doors: [K] whether each kind of columns contains doors.
+        decimals: decimals of probabilities that are compared.
+    """
+    signatures: dict[WalkState, int] = {}
+    numbers: dict[object, int] = {}
+    first_of: dict[int, WalkState] = {}
+    for state in reversed(found.steps):  # later states never lead to earlier ones
+        ways = tuple(
+            (round(step.probability, decimals), step.gap, step.to.kind, signatures[step.to])
+            for step in found.steps[state]
+        )
+        signature = doors[state.kind], round(found.end.get(state, -1.0), decimals), ways
+        signatures[state] = numbers.setdefault(signature, len(numbers))
+    for state in found.steps:
+        first_of.setdefault(signatures[state], state)
+    return {state: first_of[signatures[state]] for state in found.steps}
+
+
 def narrowest(columns: KindSequence, up_to: float) -> list[float]:
     """Width of the narrowest walk for each number of columns, metres, up to a little above a length; for messages."""
     result = _walks(columns, _with_repeats(columns), 0.0, max(up_to, sum(columns.size[kind] for kind in columns.kind)))

@@ -90,6 +90,17 @@ def test_columns_follow_each_other_as_they_do_in_the_facade() -> None:
         assert {a + b for a, b in pairwise(walk)} <= pairs
 
 
+def test_a_family_reads_as_bays_one_after_the_other() -> None:
+    text = write_family(of_columns(["WBWDWBW", "WBWWWBW"]), (5.0, 20.0), (3.0, 9.0)).text
+    rules = dict(line.split(" --> ", 1) for line in text.splitlines() if " --> " in line)
+    bays = [body for name, body in rules.items() if "Bay" in name]
+    assert len(bays) == len(set(bays)) == 3
+    assert all("Pier" in body and "Column" in body for body in bays)
+    states = [line.split(" -->")[0] for line in text.splitlines() if line.startswith("After")]
+    assert len(states) > 10
+    assert not any("_" in name for name in states)  # none needs a number to distinguish it
+
+
 def test_two_doors_stay_two_in_their_order() -> None:
     text = write_family(of_columns(["WDWWDW", "WWWWWW"]), (5.0, 30.0), (3.0, 20.0)).text
     assert {walked(sample).count("D") for sample in samples(text, 40)} == {2}

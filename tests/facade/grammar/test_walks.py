@@ -6,14 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.facade.grammar.walks import KindSequence, Walks, walks
+from grammarlab.facade.grammar.walks import KindSequence, Walks, equal_futures, walks
 
 
-def probabilities(found: Walks) -> dict[tuple[int, ...], float]:
-    """Probability of each walk, given by its columns."""
+def probabilities(found: Walks, doors: tuple[bool, ...] | None = None) -> dict[tuple[int, ...], float]:
+    """Probability of each walk, given by its columns; with doors, by the rules of states with equal futures."""
+    first = {state: state for state in found.steps} if doors is None else equal_futures(found, doors, 9)
     result: dict[tuple[int, ...], float] = {}
 
     def go(state, taken: tuple[int, ...], probability: float) -> None:
+        state = first[state]
         if state in found.end:
             result[taken] = result.get(taken, 0.0) + probability * found.end[state]
         for step in found.steps[state]:
@@ -74,6 +76,20 @@ def test_walks_are_those_that_brute_force_finds(
         assert np.isclose(sum(likely[walk] for walk in alike), 1.0 / len({len(walk) for walk in likely}))
         shares = np.array([likely[walk] / weights[walk] for walk in alike])
         assert np.allclose(shares, shares[0])
+
+
+@given(
+    st.lists(st.integers(0, 3), min_size=2, max_size=7),
+    st.lists(st.sampled_from([1.0, 1.5, 2.0]), min_size=4, max_size=4),
+    st.lists(st.booleans(), min_size=4, max_size=4),
+)
+def test_states_with_equal_futures_have_one_rule_and_walks_keep_their_probabilities(
+    kinds: list[int], sizes: list[float], doors: list[bool]
+) -> None:
+    found = walks(columns_of(kinds, sizes, doors), 2.0, 9.0)
+    if found is not None:
+        assert probabilities(found, tuple(doors)) == pytest.approx(probabilities(found), rel=1e-7)
+        assert len(set(equal_futures(found, tuple(doors), 9).values())) <= len(found.steps)
 
 
 def test_frequent_steps_are_likelier() -> None:
