@@ -51,7 +51,7 @@ function build(root, channel, first) {
     },
   };
   const stage = makeStage(page, colorOf);
-  const title = element("span", { class: "ex-title" });
+  const title = element("h1", { class: "ex-title" });
   const saved = element("span", { class: "ex-saved", role: "status" });
   const undo = textButton("Undo", () => ask("undo"));
   const redo = textButton("Redo", () => ask("redo"));
@@ -82,7 +82,7 @@ function build(root, channel, first) {
   const rows = number("Rows", 8);
   const columns = number("Columns", 10);
   const again = textButton("Another", () => synthesize(seed + 1), { "aria-label": "Another result" });
-  const figures = element("p", { class: "ex-note", "aria-label": "Result" });
+  const figures = element("p", { class: "ex-note", role: "status", "aria-label": "Result" });
   const result = element("img", { class: "ex-result", hidden: true });
   result.alt = "Example, labels, new labels and the new building";
 

@@ -29,11 +29,11 @@ function build(root, channel, state) {
   /** @type {Set<number>} */
   const chosen = new Set();
   const stage = svg("svg", { class: "sc-stage", role: "group", "aria-label": "Elements" });
-  const title = element("strong");
+  const title = element("h1", { class: "sc-title" });
   const status = element("span", { role: "status" });
   const lost = element("span", { class: "sc-bad", role: "alert" });
   const refused = element("span", { class: "sc-bad", role: "alert" });
-  const selection = element("div", { "aria-label": "Chosen" });
+  const selection = element("div", { role: "group", "aria-label": "Chosen" });
   const template = element("select", { class: "gl-input", "aria-label": "Template" });
   const words = element("ul", { "aria-label": "Kinds" });
   const doubts = element("ul", { "aria-label": "Uncertain" });

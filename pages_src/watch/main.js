@@ -225,7 +225,7 @@ function mistakeLine({ severity, message, hint, line, column, code }) {
     "div",
     { class: `wa-mistake wa-${severity}` },
     element("b", {}, `${place}${message}`),
-    code ? element("pre", {}, shown) : null,
+    code ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, shown) : null,
     hint ? element("small", {}, hint) : null,
   );
 }

@@ -13,6 +13,7 @@ from grammarlab.errors import AssetError
 from grammarlab.pages.run_page import run_page
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import sample_run
+from tests.browser.accessible import expect_accessible
 
 RULES = """
 Lot --> extrude(rand(6, 9)) report("</script>", scope.sy) comp(f) { top : Roof | side : Facade }
@@ -47,6 +48,7 @@ def test_two_runs_are_walked_with_mouse_and_keys(windows: Any, runs: list[Path],
     tree.get_by_role("treeitem").filter(has_text="Window").first.click()
     expect(page.get_by_role("status").filter(has_text="Window: shown in green")).to_have_count(1)
     expect_change(first, before[0])
+    expect_accessible(page)
     page.keyboard.press("ArrowLeft")
     expect(tree.locator("[aria-selected=true]")).to_contain_text("Facade")
     page.keyboard.press("ArrowLeft")

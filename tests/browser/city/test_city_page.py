@@ -12,6 +12,7 @@ from playwright.sync_api import Locator, Page, expect
 from grammarlab.city.parcel_addresses import EXCLUDED, read_pins
 from grammarlab.pages.city.city_viewer import CityViewer, page_of
 from grammarlab.runs.city.parcel_reading import read_parcel_table
+from tests.browser.accessible import expect_accessible
 from tests.browser.in_process import PageThread
 from tests.browser.late import FROM_THE_FIRST_STATE, deaf
 from tests.browser.scoring.test_page import contrast
@@ -159,6 +160,7 @@ def test_a_phone_shows_all_and_words_stand_out(opened: Callable[..., Page], sche
     page.wait_for_timeout(300)
     expect(name(page)).to_have_text(second)
     assert page.evaluate("() => document.documentElement.scrollWidth") <= 390
+    expect_accessible(page)
     for selector in (".ct-facts dt", ".ct-facts dd", ".ct-zone small", ".gl-name"):
         assert contrast(page.locator(selector).first) >= 4.5
     page.get_by_role("button", name="Walk", exact=True).tap()

@@ -14,6 +14,7 @@ from grammarlab.pages.corrector import PAGE, Corrector
 from grammarlab.synthesis.analysis.correction import corrected
 from grammarlab.synthesis.analysis.example import analyse
 from grammarlab.synthesis.mesh.building_files import read_mesh
+from tests.browser.accessible import expect_accessible
 from tests.browser.in_process import PageThread
 from tests.cases import takes_turns
 from tests.synthesis.houses import house
@@ -88,6 +89,7 @@ def test_a_building_is_tried_and_mistakes_are_said(opened: Callable[[], Page]) -
     expect(page.get_by_label("Result", exact=True)).to_contain_text("2 × 5 units")
     expect(page.get_by_label("Result", exact=True)).to_contain_text("closed")
     assert page.locator(".ex-result").evaluate("image => image.decode().then(() => image.naturalWidth)") > 500
+    expect_accessible(page)
     page.get_by_role("button", name="window, row 2, column 2").click()
     page.get_by_label("Label of the chosen units").fill("  ")
     press(page, "Relabel")

@@ -18,6 +18,7 @@ from grammarlab.facade.sizes.size_wishes import Aspect
 from grammarlab.facade.tree import Facade, X, Y
 from grammarlab.pages.editor.editor import PAGE, Editor
 from grammarlab.runs.sample.shipped import examples_folder
+from tests.browser.accessible import expect_accessible
 from tests.browser.facades.editing import EditorPage, EditorServer
 from tests.browser.in_process import PageThread
 from tests.browser.late import deaf
@@ -363,6 +364,7 @@ def test_text_can_be_read_in_both_themes_and_everything_has_a_name(edited: Calla
         "button, input, [role=slider], [role=application], canvas:not([aria-hidden])"
     ).evaluate_all("all => all.map(each => each.ariaLabel || each.textContent || each.labels?.[0]?.textContent || '')")
     assert all(names), names
+    expect_accessible(house.page)
 
 
 def test_a_narrow_window_shows_the_facade_first(edited: Callable[..., EditorPage]):

@@ -13,6 +13,7 @@ from playwright.sync_api import Page, expect
 from grammarlab.facade.file import load_facade
 from grammarlab.layers.file import load_design
 from grammarlab.pages.layers.designer import PAGE, Designer
+from tests.browser.accessible import expect_accessible
 from tests.browser.driver import Server
 from tests.browser.in_process import PageThread
 from tests.browser.late import deaf
@@ -184,6 +185,7 @@ def test_fingers_small_windows_and_both_themes(opened: Callable[..., DesignPage]
     hand.lift()
     expect(house.button("Undo")).to_be_enabled()
     assert float(house.width.get_attribute("aria-valuenow") or 0) == pytest.approx(7.0, abs=0.2)
+    expect_accessible(house.page)
     for part in (
         ".gl-name",
         ".gl-hint",

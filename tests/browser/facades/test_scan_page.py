@@ -15,6 +15,7 @@ from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.scenes import SceneOptions, rectangles
 from grammarlab.pages.matcher import PAGE, Matcher
 from grammarlab.pages.scan_desk import ScanDesk
+from tests.browser.accessible import expect_accessible
 from tests.browser.in_process import PageThread
 from tests.cases import takes_turns
 
@@ -45,6 +46,7 @@ def test_what_a_person_says_is_saved_and_matched_again(page: Page, target: Path)
     page.get_by_role("button", name="Ignore").click()
     expect(box[3]).to_have_attribute("aria-label", re.compile("left out by a correction"))
     expect(settled).to_be_visible()
+    expect_accessible(page)
     page.get_by_role("button", name="None", exact=True).click()
     box[0].focus()
     page.keyboard.press("Enter")

@@ -8,6 +8,7 @@ import re
 import pytest
 from playwright.sync_api import expect
 
+from tests.browser.accessible import expect_accessible
 from tests.browser.driver import ScoringPage, Server
 from tests.cases import takes_turns
 from tests.waiting import wait_until
@@ -68,6 +69,7 @@ def test_an_update_shows_new_models_with_bars_a_chart_and_reasons(learned):
     expect(learned.page.locator(".gl-chart figcaption")).to_contain_text(re.compile(r"changed what is learned by \d"))
     fill = learned.page.locator(".gl-bar.gl-predicted i").first
     expect(fill).not_to_have_css("transform", "matrix(0, 0, 0, 1, 0, 0)")
+    expect_accessible(learned.page)
 
 
 @takes_turns
@@ -140,6 +142,7 @@ def test_a_grammar_is_learned_and_its_samples_are_drawn(learned):
     sheet = learned.page.get_by_role("img", name="samples of the learned grammar")
     expect(sheet).to_be_visible()
     assert sheet.evaluate("image => image.naturalWidth") > 200
+    expect_accessible(learned.page)
 
 
 def _expect_falling(towers, values):

@@ -8,6 +8,7 @@ from typing import Any
 from playwright.sync_api import expect
 
 from grammarlab.pages.watch.watcher import PAGE, Watcher
+from tests.browser.accessible import expect_accessible
 from tests.browser.in_process import PageThread
 from tests.browser.late import deaf
 from tests.pages.watch.test_watcher import RULES
@@ -36,6 +37,7 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         file.write_text(RULES.replace("extrude(height)", "extrude(heigth)"))
         mistake = page.get_by_role("alert").filter(has_text="line 7, column 17")
         expect(mistake).to_contain_text("Lot --> extrude(heigth)")
+        expect_accessible(page)
         file.write_text(RULES.replace("= 12", "= 25"))
         expect(mistake).to_have_count(0)
         expect(status).to_have_text("6 shapes")
@@ -57,5 +59,6 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         assert canvas.screenshot() != before
         page.set_viewport_size({"width": 400, "height": 700})
         assert page.evaluate("document.documentElement.scrollWidth") <= 400
+        expect_accessible(page)
     finally:
         thread.close()

@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source 4b615992a5aad0bc */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source f91c30cf9a5cbd25 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -370,7 +370,7 @@ function build(root, channel, first) {
     }
   };
   const stage = makeStage(page, colorOf);
-  const title = element("span", { class: "ex-title" });
+  const title = element("h1", { class: "ex-title" });
   const saved = element("span", { class: "ex-saved", role: "status" });
   const undo = textButton("Undo", () => ask("undo"));
   const redo = textButton("Redo", () => ask("redo"));
@@ -401,7 +401,7 @@ function build(root, channel, first) {
   const rows = number("Rows", 8);
   const columns = number("Columns", 10);
   const again = textButton("Another", () => synthesize(seed + 1), { "aria-label": "Another result" });
-  const figures = element("p", { class: "ex-note", "aria-label": "Result" });
+  const figures = element("p", { class: "ex-note", role: "status", "aria-label": "Result" });
   const result = element("img", { class: "ex-result", hidden: true });
   result.alt = "Example, labels, new labels and the new building";
   root.replaceChildren(

@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source e7496abb537693be */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 674922fa2b972b95 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {
@@ -177,11 +177,11 @@ function understands(root, { protocol }) {
 function build(root, channel, state) {
   const chosen = /* @__PURE__ */ new Set();
   const stage = svg("svg", { class: "sc-stage", role: "group", "aria-label": "Elements" });
-  const title = element("strong");
+  const title = element("h1", { class: "sc-title" });
   const status = element("span", { role: "status" });
   const lost = element("span", { class: "sc-bad", role: "alert" });
   const refused = element("span", { class: "sc-bad", role: "alert" });
-  const selection = element("div", { "aria-label": "Chosen" });
+  const selection = element("div", { role: "group", "aria-label": "Chosen" });
   const template = element("select", { class: "gl-input", "aria-label": "Template" });
   const words = element("ul", { "aria-label": "Kinds" });
   const doubts = element("ul", { "aria-label": "Uncertain" });

@@ -1,4 +1,4 @@
-/* Built from shared, watch by pages_src/bundle.js; do not edit. Source b6988fbfaae897a9 */
+/* Built from shared, watch by pages_src/bundle.js; do not edit. Source ecd478484249d6e2 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -751,7 +751,7 @@ ${" ".repeat(Math.max(column - 1, 0))}^`;
     "div",
     { class: `wa-mistake wa-${severity}` },
     element("b", {}, `${place}${message}`),
-    code ? element("pre", {}, shown) : null,
+    code ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, shown) : null,
     hint ? element("small", {}, hint) : null
   );
 }
