@@ -79,7 +79,7 @@ def merged(shapes: Shapes, leaves: Shapes, strategy: str, workspace: Workspace, 
     Args:
         shapes: the shapes.
         leaves: from `derived_at_once`.
-        strategy: ``append``, ``unify`` or ``recompose``; the last is the first here.
+        strategy: ``append``, ``unify`` or ``recompose``.
         workspace: workspace of the derivation.
         location: place of the operation.
     """
@@ -88,13 +88,13 @@ def merged(shapes: Shapes, leaves: Shapes, strategy: str, workspace: Workspace, 
     first = np.cumsum(counts) - counts
     meshes, material = [], shapes.material.copy()
     for row in range(shapes.num):
-        group = _local(shapes, leaves, rows, row, workspace) if counts[row] > 1 else []
+        group = local_meshes_of(shapes, leaves, rows, row, workspace) if counts[row] > 1 else []
         result, own = _unified(group, strategy, workspace, location), leaves.material[rows == row].tolist()
         whole = result.mesh
         if group:
-            material[row], whole = _with_sources(result, group, own, own[0], workspace)
+            material[row], whole = with_sources(result, group, own, own[0], workspace)
         meshes.append(whole)
-    result = _with_meshes(shapes, meshes, workspace)._replace(material=material)
+    result = with_meshes(shapes, meshes, workspace)._replace(material=material)
     single = np.flatnonzero(counts == 1)
     return _with_leaves(result, leaves, single, first[single], workspace)
 
@@ -126,7 +126,7 @@ def combined_shapes(
     meshes, material = [], shapes.material.copy()
     for row in range(shapes.num):
         target = [own.take(np.array([row]))] if own.mesh_faces[row + 1] > own.mesh_faces[row] else []
-        tool, of_tool = _local(shapes, leaves, rows, row, workspace), leaves.material[rows == row].tolist()
+        tool, of_tool = local_meshes_of(shapes, leaves, rows, row, workspace), leaves.material[rows == row].tolist()
         groups = [*tool, *target] if is_swapped else [*target, *tool]
         used = [*of_tool, *material[[row] * len(target)]] if is_swapped else [*material[[row] * len(target)], *of_tool]
         result = combined(groups, len(tool) if is_swapped else len(target), operation)
@@ -134,12 +134,12 @@ def combined_shapes(
             message = f"{operation} expects closed geometry; what is not closed stays as it is"
             workspace.recorder.add_warning(message, location)
             stays = groups if operation == "union" else groups[: len(tool) if is_swapped else len(target)]
-            result = _appended(stays)
+            result = appended(stays)
         first = int(used[0]) if used else int(material[row])
-        material[row], mesh = _with_sources(result, groups, used, first, workspace)
+        material[row], mesh = with_sources(result, groups, used, first, workspace)
         is_tool = result.source < len(tool) if is_swapped else result.source >= len(target)
         meshes.append(_with_operands(mesh, is_tool, workspace))
-    return _with_meshes(shapes, meshes, workspace)._replace(material=material)
+    return with_meshes(shapes, meshes, workspace)._replace(material=material)
 
 
 def _with_operands(mesh: Meshes, is_tool: NDArray[np.bool_], workspace: Workspace) -> Meshes:
@@ -155,7 +155,7 @@ def _with_operands(mesh: Meshes, is_tool: NDArray[np.bool_], workspace: Workspac
     return replace(mesh, tags=(mesh.roles + NUM_ROLES * sets).astype(np.int32))
 
 
-def _with_sources(
+def with_sources(
     result: SourcedMesh, groups: Sequence[Meshes], materials: Sequence[int], first: int, workspace: Workspace
 ) -> tuple[int, Meshes]:
     """The id of the materials of a result, and its mesh with the tags and materials of the faces it is made of.
@@ -185,7 +185,9 @@ def _with_sources(
     return table.palette(members), replace(mesh, tags=tags, data=data)
 
 
-def _local(shapes: Shapes, leaves: Shapes, rows: NDArray[np.int64], row: int, workspace: Workspace) -> list[Meshes]:
+def local_meshes_of(
+    shapes: Shapes, leaves: Shapes, rows: NDArray[np.int64], row: int, workspace: Workspace
+) -> list[Meshes]:
     """Meshes of the leaves of one shape, in metres along its axes from its origin."""
     chosen = np.flatnonzero(rows == row)
     frames = workspace.frames
@@ -207,10 +209,19 @@ def _unified(group: Sequence[Meshes], strategy: str, workspace: Workspace, locat
         if result is not None:
             return result
         workspace.recorder.add_warning("inline(unify) expects closed geometry; it is appended", location)
-    return _appended(group)
+    whole = appended(group)
+    if strategy == "recompose" and group:
+        from grammarlab.geometry.meshes.reconnection import MOST_EDGES, reconnected  # noqa: PLC0415
+
+        mesh = reconnected(whole.mesh)
+        if mesh is not None:
+            return whole._replace(mesh=mesh)
+        message = f"inline(recompose) connects at most {MOST_EDGES:,} edges; more are appended"
+        workspace.recorder.add_warning(message, location)
+    return whole
 
 
-def _appended(group: Sequence[Meshes]) -> SourcedMesh:
+def appended(group: Sequence[Meshes]) -> SourcedMesh:
     """All faces of meshes, with the mesh and the face that each comes from."""
     counts = [mesh.num_faces for mesh in group]
     return SourcedMesh(
@@ -220,7 +231,7 @@ def _appended(group: Sequence[Meshes]) -> SourcedMesh:
     )
 
 
-def _with_meshes(shapes: Shapes, meshes: Sequence[Meshes], workspace: Workspace) -> Shapes:
+def with_meshes(shapes: Shapes, meshes: Sequence[Meshes], workspace: Workspace) -> Shapes:
     """Shapes with other geometry [N] in their axes, in metres from their origins."""
     if not meshes:
         return shapes

@@ -41,7 +41,7 @@ def cleaned(mesh: Meshes, components: Components, tolerance: float) -> Meshes:
     share = float(np.clip(tolerance, 0.0, 1.0))
     angle = max(_STRAIGHT, np.radians(share * _MOST_DEGREES))
     faces = Soup.of_faces(mesh, np.arange(mesh.num_faces))
-    near = _merged(mesh.points, max(_SAME_POINT, share * _MOST_METRES))
+    near = merged_points(mesh.points, max(_SAME_POINT, share * _MOST_METRES))
     faces = replace(faces, rows=near[faces.rows]).without_repeats()
     if components in ("all", "faces"):
         faces = faces.where(_are_needed(faces, mesh.points, (share * _MOST_METRES) ** 2))
@@ -54,7 +54,7 @@ def cleaned(mesh: Meshes, components: Components, tolerance: float) -> Meshes:
     return faces.meshes(mesh.points, np.zeros(len(mesh.points), np.int64), 1)
 
 
-def _merged(points: Floats, distance: float) -> Indices:
+def merged_points(points: Floats, distance: float) -> Indices:
     """[P] the first point that is not merged itself and at most this far away."""
     from scipy.spatial import KDTree  # noqa: PLC0415
 
