@@ -8,10 +8,13 @@ from functools import partial
 from itertools import count
 from typing import Literal, TypeAlias, cast
 
+import numpy as np
+
 from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, all_values, argument, head, word
 from grammarlab.derivation.calls.branches import Branching, Leaf, route
 from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, Head, Operation
-from grammarlab.derivation.calls.inlining import combined_shapes, derived_at_once, merged
+from grammarlab.derivation.calls.inlining import combined_shapes, derived_at_once, merged, row_name
+from grammarlab.derivation.calls.modifying import UNTOUCHED, RowNames, recomposed
 from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.state.shapes import Shapes, child_keys, part_keys
@@ -138,6 +141,8 @@ class SequenceCompiler:
                 return _refusal(f"the operation {item.name}", item.location)
             case Scoped():
                 return _bracket(self.body(item.body, in_block))
+            case Block(name="modify"):
+                return self._modify(BLOCKS["modify"], item)
             case Block() if item.name in BLOCKS:
                 return self._block(BLOCKS[item.name], item)
             case Scatter():
@@ -203,6 +208,41 @@ class SequenceCompiler:
                     inner = part.shapes if part.shapes.key is key else part.shapes._replace(key=key)
                     run_branches(body, inner, workspace)
             return shapes
+
+        return step
+
+    def _modify(self, operation: BlockOperation, item: Block) -> Step:
+        """Code for ``modify``: the components that its parts select are derived at once and put back into the shape."""
+        number, location = next(self._blocks), item.location
+        arguments = all_values(self._arguments("modify", item.arguments, operation, location))
+        parts = [(part, group, operation.selectors) for part, group in _flattened(item.group, item.group.repeated)]
+        heads = all_values([head(self._expressions, part, group, words, number) for part, group, words in parts])
+        draws = tuple(self._successors.draws(part.body) for part, *_ in parts)
+        bodies = tuple(self.body(part.body, in_block=True) for part, *_ in parts)
+
+        def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            call = BoundCall("modify", shapes, arguments(shapes, workspace), origin, workspace, location)
+            bound = (*heads(shapes, workspace), UNTOUCHED)
+            found: list[Shapes] = []
+
+            def edit(marked: Shapes, workspace: Workspace) -> None:
+                selected = operation.divide(call._replace(shapes=marked), bound)
+                found.extend(part.shapes for part in selected)
+                first = 0
+                for part, body, random in zip(selected[:-1], bodies, draws, strict=True):
+                    count = part.shapes.num
+                    if count:
+                        key = part_keys(part.shapes.key, number, part.number) if random else None
+                        state = {
+                            **part.shapes.state,
+                            names.component: np.arange(first, first + count, dtype=np.float64),
+                        }
+                        run_branches(body, part.shapes._replace(key=key, state=state), workspace)
+                    first += count
+
+            names = RowNames(row_name(workspace), f"{row_name(workspace)}.component")
+            leaves = derived_at_once(edit, shapes, workspace, location)
+            return recomposed(shapes, found, leaves, names, call.words[0], workspace)
 
         return step
 
@@ -357,7 +397,7 @@ def _must_make(sequence: syntax.Sequence) -> bool:
 def _may_make(sequence: syntax.Sequence) -> bool:
     """Whether a sequence gives some shapes children, or none by NIL: a block does if it has parts."""
     for item in sequence.items:
-        if isinstance(item, Block | Scatter) or _makes(item):
+        if (isinstance(item, Block | Scatter) and getattr(item, "name", "") != "modify") or _makes(item):
             return True
         if isinstance(item, Scoped):
             leaves = [leaf for leaf in syntax.alternatives(item.body) if isinstance(leaf, syntax.Sequence)]

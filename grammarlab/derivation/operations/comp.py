@@ -466,8 +466,7 @@ def edges_of_faces(call: BoundCall) -> tuple[Shapes, Rows]:
     return call.shapes.parts(*placed[:5]), components.index
 
 
-BLOCKS: dict[str, BlockOperation] = {
-    "comp": BlockOperation(
-        comp, frozenset({*_MAKERS, "zUp", "noAlign"}), (1, 2), frozenset({*SELECTORS, *OLDER_SELECTORS})
-    )
-}
+_COMPONENTS = BlockOperation(
+    comp, frozenset({*_MAKERS, "zUp", "noAlign"}), (1, 2), frozenset({*SELECTORS, *OLDER_SELECTORS})
+)
+BLOCKS: dict[str, BlockOperation] = {"comp": _COMPONENTS, "modify": _COMPONENTS}
