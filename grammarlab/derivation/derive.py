@@ -24,7 +24,7 @@ from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.functions.shape_attributes import STATE_DEFAULTS
-from grammarlab.derivation.lots import Footprint, Footprints, Lots, StreetWidths, brought_near
+from grammarlab.derivation.lots import Footprint, Footprints, Lots, StreetWidths, Values, brought_near
 from grammarlab.derivation.materials import MaterialTable
 from grammarlab.derivation.model_values import attributes_of_models
 from grammarlab.derivation.program import CompiledRule, Program, with_variables
@@ -265,6 +265,21 @@ def _starts(program: Program, lots: Lots) -> NDArray[np.int32]:
         valid_names = ", ".join(program.start_rules)
         raise UsageError(f"unknown start rule {unknown[0]}; expected a rule without parameters: {valid_names}")
     return np.array([program.start_rules[name] for name in names], dtype=np.int32)
+
+
+def attributes_of_lots(program: Program, lots: Lots, assets: AssetFolder | Path | None = None) -> Mapping[str, Values]:
+    """`Forest.attributes` of models without deriving them.
+
+    Args:
+        program: compiled grammar.
+        lots: the models.
+        assets: as for `derive`.
+    """
+    workspace = _prepare(program, lots, _starts(program, lots), Budget(), _folder(assets, program), None)
+    if len(lots):
+        with np.errstate(all="ignore"):
+            _evaluate_attributes(workspace)
+    return attributes_of_models(workspace)
 
 
 def _check_attributes(program: Program, lots: Lots) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
@@ -106,6 +106,7 @@ def save_together(
     file_format: Format,
     options: SaveOptions | None = None,
     on_file: Callable[[Path], None] = _ignore,
+    numbers: Sequence[int] | None = None,
 ) -> Path:
     """Write the models of several scenes into one file, with one scene in memory at a time.
 
@@ -115,6 +116,7 @@ def save_together(
         file_format: one of `FORMATS`.
         options: the options.
         on_file: called with the path of every written file: libraries and images too.
+        numbers: numbers of the models in the names of their nodes; by default they are counted from 0.
 
     Returns:
         The path of the file, which exists only when it is complete.
@@ -124,7 +126,7 @@ def save_together(
     """
     chosen = _checked_format(file_format)
     options = options or SaveOptions()
-    return _save_together(_Triangulated(scenes, options.pivot), Path(path), chosen, options, on_file)
+    return _save_together(_Triangulated(scenes, options.pivot), Path(path), chosen, options, on_file, numbers)
 
 
 def save_each(
@@ -195,6 +197,7 @@ def _save_together(
     file_format: str,
     options: SaveOptions,
     on_file: Callable[[Path], None] = _ignore,
+    numbers: Sequence[int] | None = None,
 ) -> Path:
     layout = _layout(scenes, options)
     num_models = len(layout.offsets)
@@ -204,7 +207,8 @@ def _save_together(
         for scene, batch in scenes:
             require_proper(scene)
             for index in range(scene.num_models):
-                name = target.stem if num_models == 1 else f"model_{count}"
+                number = count if numbers is None else numbers[count]
+                name = target.stem if num_models == 1 else f"model_{number}"
                 writer.add(scene_of_model(scene, index), batch.model(index), name, layout.offsets[count])
                 count += 1
         further_files = writer.finish()

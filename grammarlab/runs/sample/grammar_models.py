@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from grammarlab.derivation.derive import derive
+from grammarlab.derivation.derive import attributes_of_lots, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import Finding, LanguageError
 from grammarlab.features.accepted_grammar import AcceptedGrammar
@@ -97,7 +97,11 @@ class GrammarModels(AbstractModels):
     def stored(self, request: SampleRequest, batch: Batch, folder: Path) -> Iterator[Scene]:
         from grammarlab.runs.sample.derivations import load_forest  # noqa: PLC0415
 
-        yield realize(load_forest(folder))
+        forest = load_forest(folder)
+        if self.source.acceptance is None:  # with a rule, lots say nothing of the draws of accepted candidates
+            attributes = attributes_of_lots(self.source.program, forest.lots, self.source.folder)
+            forest = replace(forest, attributes=attributes)
+        yield realize(forest)
 
 
 class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):

@@ -127,7 +127,7 @@ def write_single_file(request: SampleRequest, folder: Path, batches: tuple[Batch
     path = folder / single_file_name(request)
     files: list[Path] = []
     scenes = StoredScenes(request, folder, batches)
-    save_together(scenes, path, request.file_format, _save_options(request), files.append)
+    save_together(scenes, path, request.file_format, _save_options(request), files.append, request.model_numbers)
     sync_files(files, folder)
     return {file.name: file_hash(file) for file in files}
 

@@ -431,3 +431,20 @@ def test_a_request_refuses_models_that_its_run_does_not_have(tmp_path, models):
         tower(tmp_path, models=models)
     with pytest.raises(UsageError, match=r"models: expected at most 10,000 of them, found '0-99999999999' and"):
         read_model_numbers("0-99999999999")
+
+
+def test_one_file_of_chosen_models_has_their_numbers_attributes_and_reports(tmp_path):
+    rules = 'attr height = rand(3, 9)\nLot --> extrude(height) report("top", scope.sy) Box'
+    options = {"text": rules, "num_models": 9, "models": (2, 3, 7)}
+    apart = sample_run(replace(tower(tmp_path), **options), tmp_path / "apart")
+    together = sample_run(replace(tower(tmp_path), **options, single_file=True), tmp_path / "together")
+    nodes = {node["name"]: node.get("extras") for node in gltf(together.folder / "tower.glb")["nodes"]}
+    for model in apart.models:
+        own = {node["name"]: node.get("extras") for node in gltf(apart.folder / model.file)["nodes"]}
+        assert nodes[f"model_{model.index}"] == own[f"tower-{model.index:05d}"]
+        assert set(nodes[f"model_{model.index}"]) == {"attributes", "reports"}
+
+
+def gltf(path):
+    content = path.read_bytes()
+    return json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
