@@ -21,7 +21,7 @@ from typing import Any
 from markdown_it import MarkdownIt
 from typer.testing import CliRunner
 
-from grammarlab.cli import app
+from grammarlab.cli.commands import app_for
 
 SHOWN_ONLY = {"text", "json", ""}
 _SKIP = re.compile(r"<!-- not run: \S.* -->\s*")
@@ -62,7 +62,7 @@ class Block:
         for command, _, expected in (each.replace("\\\n", " ").partition("\n") for each in commands):
             program, *arguments = shlex.split(command, comments=True)
             assert program == "grammarlab", f"{self}: {command}"
-            result = CliRunner().invoke(app, arguments, catch_exceptions=False)
+            result = CliRunner().invoke(app_for(arguments), arguments, catch_exceptions=False)
             assert result.exit_code == 0, f"{self}: {command}\n{result.output}"
             if expected.strip():
                 assert doctest.OutputChecker().check_output(expected, result.output, _OUTPUT), (

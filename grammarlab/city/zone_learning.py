@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats import skew
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
@@ -241,6 +240,9 @@ def _features(fields: ParcelFields) -> tuple[Feature, ...]:
 
     Numbers >= 0 with a long tail are taken as logarithms, so that a few large parcels do not decide.
     """
+    # Imported here, since it takes as long as half of JAX and only answers about zones need it.
+    from scipy.stats import skew  # noqa: PLC0415
+
     features = list[Feature]()
     for name, unit, values in zip(fields.name, fields.unit, fields.values.T, strict=True):
         present = values[np.isfinite(values)]

@@ -14,7 +14,6 @@ from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from grammarlab.arrays import Floats
 from grammarlab.density.exact.attributes import drawn_range
@@ -160,6 +159,9 @@ class _Means:
         return self._of_boxes(values[first], ranges[first])[box.reshape(-1)]
 
     def _of_boxes(self, values: Floats, ranges: NDArray[np.int64]) -> Floats:
+        # Imported here, since it takes as long as half of JAX and few preferences are about drawn numbers.
+        from scipy.stats import qmc  # noqa: PLC0415
+
         # Half a step from the lower ends, so that points are evenly distributed.
         points = qmc.Sobol(len(self.axes), scramble=False).random(_NUM_POINTS) + 0.5 / _NUM_POINTS
         total = np.zeros(len(values))
