@@ -26,8 +26,8 @@ class Missing:
 
 packages, commands = json.loads(sys.argv[1])
 sys.meta_path.insert(0, Missing())
-from grammarlab.cli import app
-results = [CliRunner().invoke(app, command, catch_exceptions=False) for command in commands]
+from grammarlab.cli.commands import app_for
+results = [CliRunner().invoke(app_for(command), command, catch_exceptions=False) for command in commands]
 print(json.dumps([[result.exit_code, result.stderr] for result in results]))
 """
 ROOT = Path(__file__).parents[2]

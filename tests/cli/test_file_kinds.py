@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from grammarlab.cli import app
 from grammarlab.runs.sample.shipped import examples_folder
+from tests.command_line import invoke
 
 HOUSES = examples_folder() / "facades"
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"
@@ -54,9 +53,7 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Path]:
 @pytest.mark.parametrize("command", OPTIONS)
 def test_another_kind_of_file_is_named_with_what_is_expected(files: dict[str, Path], command: str) -> None:
     for kind in files.keys() - TAKES[command]:
-        found = CliRunner().invoke(
-            app, ["facade", command, str(files[kind]), *OPTIONS[command]], catch_exceptions=False
-        )
+        found = invoke("facade", command, files[kind], *OPTIONS[command])
         assert found.exit_code in {1, 2}
         named, _, expected = found.stderr.partition("; expected")
         assert f"{files[kind].name} is " in named

@@ -4,12 +4,11 @@ import json
 import re
 
 import pytest
-from typer.testing import CliRunner
 
-from grammarlab.cli import app
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.learn import report
 from tests.cases import some, takes_turns
+from tests.command_line import invoke
 
 RULES = """version "2023.0"
 attr height = rand(3, 9)
@@ -148,7 +147,7 @@ def given(tmp_path_factory):
     (folder / "house.cga").write_text(RULES)
     (folder / "test.toml").write_text(SCENARIO)
     command = ["label", str(folder / "test.toml"), "-n", "32", "-o", str(folder / "labels.csv"), "--json"]
-    values = json.loads(CliRunner().invoke(app, command, catch_exceptions=False).stdout)
+    values = json.loads(invoke(*command).stdout)
     assert (values["labels"], values["factors"]) == (32, ["overall"])
     return (folder / "labels.csv").read_bytes()
 

@@ -4,9 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from grammarlab.cli import app
 from grammarlab.errors import LanguageError
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse
@@ -19,6 +17,7 @@ from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import sample_run
 from grammarlab.runs.sample.trace import as_values, trace_model
 from grammarlab.runs.work.executors import SERIAL, Processes
+from tests.command_line import invoke
 from tests.runs.sample.test_sample import contents
 
 RULES = """
@@ -79,26 +78,24 @@ def test_the_proposal_is_weighed_as_what_is_kept(tmp_path):
 def test_the_command_says_how_many_candidates_were_kept(tmp_path):
     (tmp_path / "lots.cga").write_text(RULES)
     command = ["sample", str(tmp_path / "lots.cga"), "-n", "9", "--no-image", "-o", str(tmp_path / "out")]
-    found = json.loads(CliRunner().invoke(app, [*command, "--json"]).stdout)
+    found = json.loads(invoke(*command, "--json").stdout)
     assert found["accept_rate"] == pytest.approx(9 / sum(model["tries"] for model in found["models"]))
     assert (found["most_tries"], found["not_accepted"]) == (20_000, [])
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
     assert [model["tries"] for model in manifest["models"]] == [model["tries"] for model in found["models"]]
-    assert "the acceptance rule kept" in CliRunner().invoke(app, command).output
+    assert "the acceptance rule kept" in invoke(*command).output
 
 
 def test_a_rule_that_keeps_hardly_any_is_warned_of(tmp_path):
     (tmp_path / "lots.cga").write_text(RULES.replace("0.8, 0.1", "1e-9, 0"))
     command = ["sample", str(tmp_path / "lots.cga"), "-n", "2", "--no-image", "-o", str(tmp_path / "out")]
-    assert "warning: none of 1,000 candidates was accepted for 2 models" in " ".join(
-        CliRunner().invoke(app, command).output.split()
-    )
+    assert "warning: none of 1,000 candidates was accepted for 2 models" in " ".join(invoke(*command).output.split())
 
 
 def test_a_wrong_rule_is_an_error_of_the_file(tmp_path):
     (tmp_path / "lots.cga").write_text(RULES.replace("0.1)", "0.1"))
     with pytest.raises(LanguageError, match="bad-acceptance"):
         grammar_to_run((tmp_path / "lots.cga").read_text(), "lots.cga")
-    found = CliRunner().invoke(app, ["check", str(tmp_path / "lots.cga")])
+    found = invoke("check", tmp_path / "lots.cga")
     assert found.exit_code == 1
     assert "bad-acceptance" in found.output

@@ -12,9 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 from pyarrow import parquet
-from typer.testing import CliRunner
 
-from grammarlab.cli import app
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.pool import Pool
@@ -30,6 +28,7 @@ from grammarlab.runs.sample.domains import DOMAINS, domain_of, suffix_of
 from grammarlab.runs.sample.shipped import find_rules
 from grammarlab.runs.work import workers
 from tests.cases import takes_turns
+from tests.command_line import invoke
 from tests.pages.scoring.windows import Window, shown_models
 from tests.runs.boxes import BOXES, NAMES, begin
 
@@ -50,7 +49,7 @@ def boxes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def run() -> Callable[..., Any]:
     def call(*arguments: object, code: int = 0) -> Any:
-        result = CliRunner().invoke(app, [str(argument) for argument in arguments], catch_exceptions=False)
+        result = invoke(*arguments)
         assert result.exit_code == code, result.output
         return result
 

@@ -6,9 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from grammarlab.cli import app
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.targets.accepted import AcceptedGrammar
 from grammarlab.evaluation import protocol, scenario
@@ -26,6 +24,7 @@ from grammarlab.pages.workers.tasks import LearnGrammar, Update
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import OVERALL, Labels
 from tests.cases import some
+from tests.command_line import invoke
 
 RULES = """
 attr floors = 50% : 2 else : 5
@@ -89,7 +88,7 @@ families = ["paths", "symbols", "draws"]
     rows = [design.label(OVERALL, scores[str(design)], hashes) for design in answers.designs]
     save_labels(Labels(tuple(rows)), tmp_path / "labels.csv")
     command = ["learn", str(tmp_path / "house.cga"), "--labels", str(tmp_path / "labels.csv"), "--seed", str(SEED)]
-    ran = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "learned.cga")])
+    ran = invoke(*command, "-o", tmp_path / "learned.cga")
     assert ran.exit_code == 0, ran.output
 
     # A function.

@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from typer.testing import CliRunner
 
 import grammarlab as gl
 from grammarlab.arrays import Floats
-from grammarlab.cli import app
 from grammarlab.errors import UsageError
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.pool import Pool
@@ -32,6 +30,7 @@ from grammarlab.runs.sample.domains import domain_of
 from grammarlab.trees.parameters import COLUMN
 from grammarlab.trees.species_file import parse
 from tests.cases import takes_turns
+from tests.command_line import invoke
 from tests.pages.scoring.windows import Window, shown_models
 from tests.trees.small_species import SMALL
 
@@ -67,7 +66,7 @@ def species(tmp_path: Path) -> Path:
 @pytest.fixture
 def run() -> Callable[..., Any]:
     def call(*arguments: object, code: int = 0) -> Any:
-        result = CliRunner().invoke(app, [str(argument) for argument in arguments], catch_exceptions=False)
+        result = invoke(*arguments)
         assert result.exit_code == code, result.output
         assert "Traceback" not in result.output
         return result

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from grammarlab.cli import app
 from grammarlab.derivation import derive
 from grammarlab.derivation.selection import join_forests
 from grammarlab.features.patterns.counts import count
@@ -14,6 +12,7 @@ from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.derivations import load_forest, save_forest
 from tests.cases import takes_turns
+from tests.command_line import invoke
 from tests.runs.forests import assert_same
 
 NUM = 33_001
@@ -62,7 +61,7 @@ def test_few_rules_have_narrow_columns():
 def test_the_command_line_samples_them(tmp_path):
     path = tmp_path / "many.cga"
     path.write_text(MANY)
-    sampled = CliRunner().invoke(app, ["sample", str(path), "-n", "2", "-o", str(tmp_path / "out"), "--no-image"])
+    sampled = invoke("sample", path, "-n", 2, "-o", tmp_path / "out", "--no-image")
     assert sampled.exit_code == 0, sampled.output
     assert load_forest(tmp_path / "out" / "derivations" / "00000").nodes.rule.max() == NUM - 1
 
@@ -70,7 +69,7 @@ def test_the_command_line_samples_them(tmp_path):
 def test_more_words_than_a_rule_file_may_have_are_refused(tmp_path):
     path = tmp_path / "more.cga"
     path.write_text(MANY.replace("Leaf.", "extrude(1) t(0, 1, 0) Leaf."))
-    refused = CliRunner().invoke(app, ["sample", str(path), "-o", str(tmp_path / "out"), "--no-image"])
+    refused = invoke("sample", path, "-o", tmp_path / "out", "--no-image")
     assert refused.exit_code == 1
     assert "too many words" in refused.output
     assert "Traceback" not in refused.output

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from PIL import Image
-from typer.testing import CliRunner
 
-from grammarlab.cli import app
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
 from grammarlab.randomness import root_keys
 from grammarlab.runs.sample.manifest import place_of, read_manifest
@@ -25,6 +23,7 @@ from grammarlab.trees.accepted_trees import accepted_rows
 from grammarlab.trees.crown_reach import CrownReach, reach
 from grammarlab.trees.growth import grow
 from grammarlab.trees.species_file import parse
+from tests.command_line import invoke
 from tests.export.gltf import MESH_FORMATS
 from tests.geometry.footprints.maps import collection, feature, named, polygon, written
 from tests.geometry.footprints.test_ground import box
@@ -232,7 +231,7 @@ def test_only_trees_are_planted():
 
 def sampled(folder: Path, *arguments: str):
     attributes = [text for name, value in SIMPLE.items() for text in ("--attr", f"{name}={value}")]
-    return CliRunner().invoke(app, ["sample", "birch", *attributes, "--jobs", "1", "-o", str(folder), *arguments])
+    return invoke("sample", "birch", *attributes, "--jobs", 1, "-o", folder, *arguments)
 
 
 def test_the_command_plants_trees_and_says_how_to_plant_more(tmp_path):
