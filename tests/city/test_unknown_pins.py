@@ -12,7 +12,7 @@ from grammarlab.city.unknown_pins import nearest_ids, unknown_pins
 
 RANDOM = np.random.default_rng(5)
 LETTERS = list("0123456789ABCDEFGHJK")
-IDS = np.array(sorted({f"75{''.join(RANDOM.choice(LETTERS, 10))}" for _ in range(20_000)}), object)
+IDS = np.array(sorted({f"75{''.join(row)}" for row in RANDOM.choice(LETTERS, (20_000, 10)).tolist()}), object)
 FILE = Path("pins.csv")
 
 

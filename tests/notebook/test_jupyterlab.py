@@ -5,7 +5,6 @@ import socket
 import subprocess
 import sys
 
-import nbformat
 import pytest
 
 from tests.browser.chromium import ARGUMENTS, CHROMIUM, needs_chromium
@@ -26,6 +25,8 @@ pytestmark = needs_chromium
 
 
 def write_notebook(folder):
+    import nbformat  # takes seconds, which no other test waits for
+
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(CELL)])
     notebook.metadata.kernelspec = {"name": "python3", "display_name": "Python 3", "language": "python"}
     nbformat.write(notebook, folder / "scoring.ipynb")

@@ -4,9 +4,7 @@ import ast
 import re
 from pathlib import Path
 
-import nbformat
 import pytest
-from nbclient import NotebookClient
 
 import grammarlab as gl
 from tests.cases import some
@@ -34,6 +32,13 @@ for widget in [each for each in gc.get_objects() if isinstance(each, gl.ScoringS
 """What a person at the page of each session would do next."""
 
 
+def opened(path):
+    """The notebook of a file."""
+    import nbformat  # takes seconds, which tests of other files do not wait for
+
+    return nbformat.read(path, as_version=4)
+
+
 def small(notebook):
     """The notebook with small parameters; each that it has must be known here."""
     for cell in notebook.cells:
@@ -45,12 +50,15 @@ def small(notebook):
 
 @pytest.mark.parametrize("path", some(NOTEBOOKS), ids=lambda path: path.stem)
 def test_every_notebook_runs(path, tmp_path, monkeypatch):
+    from nbclient import NotebookClient
+    from nbformat.v4 import new_code_cell
+
     monkeypatch.setenv("PYTHONWARNINGS", "default")
     monkeypatch.setenv("IPYTHONDIR", str(tmp_path / "ipython"))
     monkeypatch.setenv("JUPYTER_RUNTIME_DIR", str(tmp_path / "runtime"))
-    notebook = small(nbformat.read(path, as_version=4))
+    notebook = small(opened(path))
     shows_page = any("ScoringSession" in cell.source for cell in notebook.cells)
-    notebook.cells.append(nbformat.v4.new_code_cell(ALIVE))
+    notebook.cells.append(new_code_cell(ALIVE))
     NotebookClient(notebook, timeout=int(PATIENCE), resources={"metadata": {"path": str(tmp_path)}}).execute()
     printed = "".join(output.text for output in notebook.cells[-1].outputs)
     assert printed == "True\n" * shows_page
@@ -58,7 +66,7 @@ def test_every_notebook_runs(path, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_imports_the_public_names_and_nothing_private(path):
-    source = "\n".join(cell.source for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code")
+    source = "\n".join(cell.source for cell in opened(path).cells if cell.cell_type == "code")
     nodes = list(ast.walk(ast.parse(source)))
     modules = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
     modules += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
@@ -70,6 +78,6 @@ def test_a_notebook_imports_the_public_names_and_nothing_private(path):
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebooks_are_kept_without_outputs(path):
-    for cell in nbformat.read(path, as_version=4).cells:
+    for cell in opened(path).cells:
         assert not cell.get("outputs")
         assert cell.get("execution_count") is None
