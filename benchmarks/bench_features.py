@@ -11,7 +11,7 @@ import pytest
 
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import derive
-from grammarlab.features.columns.paths import count_paths
+from grammarlab.features.columns.paths import count_paths, count_sequences
 from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
@@ -66,7 +66,8 @@ def test_paths_by_columns(benchmark, forest, length):
     labels = NodeLabels.of([forest])
 
     def by_columns():
-        return count_paths(Trees(forest), labels, length, KeyIndex(), grow=True).counts
+        index = KeyIndex()
+        return count_paths(count_sequences(Trees(forest), labels, length, index, grow=True), len(index)).counts
 
     counts = benchmark(by_columns)
     _tell(benchmark, forest)

@@ -15,7 +15,7 @@ from grammarlab.derivation import derive, derive_chunks
 from grammarlab.errors import UsageError
 from grammarlab.features.columns import vocabulary as vocabularies
 from grammarlab.features.columns.feature_table import distinguishable
-from grammarlab.features.columns.paths import count_paths
+from grammarlab.features.columns.paths import count_paths, count_sequences
 from grammarlab.features.columns.vocabulary import Options, Vocabulary, extract
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
@@ -68,7 +68,7 @@ def paths_by_hand(forest, length, rows=None):
 def test_all_paths_are_counted(seed, length, depth):
     forest = random_forest(np.random.default_rng(seed), 3, 15, depth)
     labels, index = NodeLabels.of([forest]), KeyIndex()
-    counts = count_paths(Trees(forest), labels, length, index, grow=True).counts.toarray()
+    counts = count_paths(count_sequences(Trees(forest), labels, length, index, grow=True), len(index)).counts.toarray()
     meaning = vocabularies.Meaning(labels, index.keys, ())
     found = {
         (model, meaning.steps(index.keys[column])): counts[model, column] for model, column in np.argwhere(counts > 0)
@@ -80,7 +80,7 @@ def test_all_paths_are_counted(seed, length, depth):
 def test_paths_that_geometry_repeats_are_told(seed, length, depth):
     forest = random_forest(np.random.default_rng(seed), 3, 15, depth)
     labels, index = NodeLabels.of([forest]), KeyIndex()
-    repeated = count_paths(Trees(forest), labels, length, index, grow=True).repeated
+    repeated = count_paths(count_sequences(Trees(forest), labels, length, index, grow=True), len(index)).repeated
     meaning = vocabularies.Meaning(labels, index.keys, ())
     rows = []
     for row, parent in enumerate(forest.nodes.parent):
@@ -95,10 +95,10 @@ def test_known_paths_are_counted_among_others(seed, length, depth, other):
     rng = np.random.default_rng(seed)
     forest, new = random_forest(rng, 3, 15, depth), random_forest(rng, 4, 15, depth)
     labels, index = NodeLabels.of([forest]), KeyIndex()
-    count_paths(Trees(forest), labels, length, index, grow=True)
+    count_sequences(Trees(forest), labels, length, index, grow=True)
     unknown = replace(RULES[other], symbol="Other")
     new = replace(new, rules=(*RULES[:other], unknown, *RULES[other + 1 :]), symbols=("A", "B", "Other"))
-    counts = count_paths(Trees(new), labels, length, index, grow=False).counts.toarray()
+    counts = count_paths(count_sequences(Trees(new), labels, length, index, grow=False), len(index)).counts.toarray()
     found = paths_by_hand(new, length)
     meaning = vocabularies.Meaning(labels, index.keys, ())
     for column, key in enumerate(index.keys):

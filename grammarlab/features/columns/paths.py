@@ -52,31 +52,54 @@ class Tally(NamedTuple):
     """[len(index)] whether geometry repeats the counted nodes (`Trees.repeated`) in some of these models."""
 
 
-def count_paths(trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool) -> Tally:
-    """Counts of paths of up to ``length`` edges, where a rule at the end counts as an edge.
+class Sequences(NamedTuple):
+    """The S different sequences of a label and the last edges above it, with their counts: paths are suffixes."""
+
+    levels: Sequence[_Level]
+    """Level 0 to the longest, whose sequences are counted."""
+    label: Ints
+    """[S] label of each sequence."""
+    counts: sparse.csr_array
+    """[models, S] number of nodes with each sequence."""
+    repeated: NDArray[np.bool_]
+    """[S] whether geometry repeats some nodes with a sequence (`Trees.repeated`)."""
+
+
+def count_sequences(trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool) -> Sequences:
+    """The only pass over nodes that paths and symbols need.
 
     Args:
         trees: the models.
         labels: numbers of labels.
-        length: k >= 1.
+        length: k >= 1, number of edges of the longest paths.
         index: columns of the keys above.
         grow: whether unknown paths are added to the index; otherwise they are left out.
     """
-    number, levels = _number_nodes(trees, labels, length, index, grow)
+    number, levels, label = _number_nodes(trees, labels, length, index, grow)
+    counts = _count_by_model(trees.model, number, trees.num_models, len(label))
+    return Sequences(levels, label, counts, _met(number[trees.repeated], len(label)))
+
+
+def count_paths(sequences: Sequences, width: int) -> Tally:
+    """Counts of paths, where a rule at the end counts as an edge.
+
+    Args:
+        sequences: those of the nodes.
+        width: number of columns.
+    """
     columns: list[Ints] = []
-    sequence = np.arange(len(levels[-1].codes))
-    for level in reversed(levels):
+    sequence = np.arange(len(sequences.label))
+    for level in reversed(sequences.levels):
         columns += [level.rules[sequence], level.edges[sequence]]
         sequence = level.shorter[sequence]
-    return _tally(trees, slice(None), number, columns, len(index))
+    return _assigned(sequences.counts, sequences.repeated, columns, width)
 
 
-def count_symbols(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
+def count_symbols(sequences: Sequences, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
     """Counts of each symbol, rewritten or not; one key ("symbol", index into `NodeLabels.symbols`) each."""
-    number = labels.symbol_numbers[trees.labels(labels)] + 1
-    keys = (("symbol", symbol) for symbol in range(len(labels.symbols)))
-    columns = np.concatenate(([-1], index.columns(keys, grow)))
-    return _tally(trees, slice(None), number, [columns], len(index))
+    columns = index.columns((("symbol", symbol) for symbol in range(len(labels.symbols))), grow)
+    column = np.append(columns, -1)[labels.symbol_numbers[sequences.label]]  # the unknown symbol, -1, is the last one
+    return _assigned(sequences.counts, sequences.repeated, [column], len(index))
 
 
 def count_far_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
@@ -96,7 +119,7 @@ def count_far_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: boo
     upper, child = np.divmod(edge, children)
     names = zip(upper.tolist(), child.tolist(), below.tolist(), strict=True)
     columns = index.columns((("far", *name) for name in names), grow)
-    return _tally(trees, np.concatenate(rows), number, [columns], len(index))
+    return _tally(trees, np.concatenate(rows), number, columns, len(index))
 
 
 def count_adjacent_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow: bool) -> Tally:
@@ -109,7 +132,7 @@ def count_adjacent_pairs(trees: Trees, labels: NodeLabels, index: KeyIndex, grow
     number, codes = _compact(label[rows] * size + label[trees.next_sibling[rows]], size**2)
     first, second = np.divmod(codes, size)
     columns = index.columns((("next", *pair) for pair in zip(first.tolist(), second.tolist(), strict=True)), grow)
-    return _tally(trees, rows, number, [columns], len(index))
+    return _tally(trees, rows, number, columns, len(index))
 
 
 def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
@@ -125,7 +148,7 @@ def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
     name, drawn = np.divmod(codes, size)
     keys = (("branch", names[n], value) for n, value in zip(name.tolist(), drawn.tolist(), strict=True))
     columns = index.columns(keys, grow)
-    return _tally(trees, draws.node[rows].astype(np.int64), number, [columns], len(index))
+    return _tally(trees, draws.node[rows].astype(np.int64), number, columns, len(index))
 
 
 def is_quantity(site: Site) -> bool:
@@ -151,10 +174,16 @@ def columns_of(values: Floats, columns: Ints, width: int) -> Tally:
 
 def _number_nodes(
     trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool
-) -> tuple[Ints, list[_Level]]:
-    """The sequence [N] of each node at the last level, and levels 0 to ``length``, fewer if all paths are shorter."""
+) -> tuple[Ints, list[_Level], Ints]:
+    """Sequences of labels and edges.
+
+    Returns:
+        The sequence [N] of each node at the last level; levels 0 to ``length``, fewer if all paths are shorter; and the
+        label [S] of each sequence of the last level.
+    """
     pairs = _label_pairs(trees, labels)
     number, levels = trees.labels(labels), [_labels_alone(pairs, labels, index, grow)]
+    label = levels[0].codes
     while len(levels) <= length and (levels[-1].rules >= 0).any():
         above_roots = len(levels[-1].codes)
         number = np.append(number, above_roots)[trees.parent]  # -1, above a root, is the last one
@@ -163,11 +192,12 @@ def _number_nodes(
         number, codes = _compact(number, (above_roots + 1) * len(pairs.label))
         num_rules = len(labels.rules) if len(levels) < length else 0
         levels.append(_next_level(levels, codes, pairs, num_rules, index, grow))
-    return number, levels
+        label = pairs.label[codes % len(pairs.label)]
+    return number, levels, label
 
 
 class _Level(NamedTuple):
-    """The S different sequences of a label and the last edges above it, as many as the level, or up to the root."""
+    """Sequences with as many edges as the level, or up to the root."""
 
     codes: Ints
     """[S] the sequence of the node above at the level before (one past the last where there is no node) times K, plus
@@ -214,8 +244,7 @@ def _compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
 def _labels_alone(pairs: _LabelPairs, labels: NodeLabels, index: KeyIndex, grow: bool) -> _Level:
     label = np.arange(labels.unknown + 1)
     none = np.full(len(label), -1)
-    met = np.zeros(len(label), dtype=bool)
-    met[pairs.label] = True
+    met = _met(pairs.label, len(label))
     met[len(labels.rules) :] = False
     return _Level(label, _lookup(index, grow, "rule", none, label, met), none, none)
 
@@ -244,37 +273,45 @@ def _next_level(
     return _Level(codes, rules, edges, np.searchsorted(before.codes, shorter * len(pairs.label) + pair))
 
 
-def _tally(trees: Trees, rows: Ints | slice, number: Ints, columns: Sequence[Ints], width: int) -> Tally:
+def _tally(trees: Trees, rows: Ints, number: Ints, columns: Ints, width: int) -> Tally:
     """Counts of nodes per model by their numbers, assigned to columns.
 
     Args:
         trees: the models.
         rows: [R] nodes; repeats are allowed.
         number: [R] number of each node, 0 <= number < size.
+        columns: [size] column of each number, -1 for none.
+        width: number of columns.
+    """
+    counts = _count_by_model(trees.model[rows], number, trees.num_models, len(columns))
+    return _assigned(counts, _met(number[trees.repeated[rows]], len(columns)), [columns], width)
+
+
+def _assigned(counts: sparse.csr_array, repeated: NDArray[np.bool_], columns: Sequence[Ints], width: int) -> Tally:
+    """Counts of numbers, assigned to columns.
+
+    Args:
+        counts: [models, size] count of each number.
+        repeated: [size] whether geometry repeats some nodes with a number.
         columns: arrays [size] with a column of each number, -1 for none.
         width: number of columns.
     """
     cells = np.stack(columns, axis=1)
-    repeated = _columns_met(cells, number[trees.repeated[rows]], width)
-    models, is_column = trees.model[rows], cells >= 0
+    is_column = cells >= 0
     belongs = is_column.sum(axis=1)
-    if belongs.max(initial=0) <= 1:  # symbols, and the smallest trees: each number has one column
-        column = cells.max(axis=1)[number]
-        if not belongs.all():
-            models, column = models[column >= 0], column[column >= 0]
-        return Tally(_count_by_model(models, column, trees.num_models, width), repeated)
     ones = np.ones(int(belongs.sum()), dtype=np.int64)
     spread = sparse.csr_array((ones, cells[is_column], offsets_from_counts(belongs)), shape=(len(cells), width))
-    return Tally(_count_by_model(models, number, trees.num_models, len(cells)) @ spread, repeated)
+    assigned = sparse.csr_array(counts @ spread)
+    if belongs.max(initial=0) <= 1:
+        assigned.sort_indices()
+    return Tally(assigned, _met(cells[repeated], width + 1)[:-1])  # -1, for none, is the last one
 
 
-def _columns_met(cells: Ints, number: Ints, width: int) -> NDArray[np.bool_]:
-    """[width] the columns that belong to some of these numbers."""
-    met = np.zeros(len(cells), dtype=bool)
-    met[number] = True
-    columns = np.zeros(width + 1, dtype=bool)
-    columns[cells[met]] = True
-    return columns[:-1]
+def _met(numbers: Ints, size: int) -> NDArray[np.bool_]:
+    """[size] the numbers that occur."""
+    met = np.zeros(size, dtype=bool)
+    met[numbers] = True
+    return met
 
 
 def _count_by_model(models: NDArray[np.integer], number: Ints, num_models: int, size: int) -> sparse.csr_array:

@@ -39,6 +39,7 @@ from grammarlab.features.columns.paths import (
     count_branches,
     count_far_pairs,
     count_paths,
+    count_sequences,
     count_symbols,
     measure_draws,
 )
@@ -241,9 +242,10 @@ def _flattened(counts: sparse.csr_array, present: NDArray[np.bool_]) -> sparse.c
 def _collect(forest: Forest, labels: NodeLabels, options: Options, index: KeyIndex, grow: bool) -> Tally:
     """All columns for the models of one forest."""
     trees = Trees(forest)
-    tallies = [count_paths(trees, labels, options.length, index, grow)]
+    sequences = count_sequences(trees, labels, options.length, index, grow)
+    tallies = [count_paths(sequences, len(index))]
     if options.symbols:
-        tallies.append(count_symbols(trees, labels, index, grow))
+        tallies.append(count_symbols(sequences, labels, index, grow))
     if options.far_pairs:
         tallies.append(count_far_pairs(trees, labels, index, grow))
     if options.adjacent_pairs:

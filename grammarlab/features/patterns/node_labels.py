@@ -182,13 +182,17 @@ def _key(rule: RuleName) -> tuple[str, int, tuple[int, ...]]:
 def _successors_in(forest: Forest, label: Ints) -> list[tuple[int, int, str]]:
     """Different (label of a node, ``child`` and symbol of one below it)."""
     nodes = forest.nodes
-    inner = np.flatnonzero(nodes.parent >= 0)
-    width = int(nodes.child.max(initial=0)) + 1
-    keys = (label[nodes.parent[inner]].astype(np.int64) * width + nodes.child[inner]) * len(forest.symbols)
-    codes = distinct(keys + nodes.symbol[inner], (int(label.max(initial=0)) + 1) * width * len(forest.symbols))
+    width, above_roots = int(nodes.child.max(initial=0)) + 1, int(label.max(initial=0)) + 1
+    keys = np.append(label, above_roots)[nodes.parent]  # -1, above a root, is the last one
+    keys *= width
+    keys += nodes.child
+    keys *= len(forest.symbols)
+    keys += nodes.symbol
+    codes = distinct(keys, (above_roots + 1) * width * len(forest.symbols))
     edge, symbol = np.divmod(codes, len(forest.symbols))
     upper, child = np.divmod(edge, width)
-    return [(u, c, forest.symbols[s]) for u, c, s in zip(upper.tolist(), child.tolist(), symbol.tolist(), strict=True)]
+    edges = zip(upper.tolist(), child.tolist(), symbol.tolist(), strict=True)
+    return [(u, c, forest.symbols[s]) for u, c, s in edges if u < above_roots]
 
 
 def _rule_draws(forest: Forest) -> NDArray[np.float64]:
