@@ -39,7 +39,7 @@ from grammarlab.learning.targets.simplification import (
 from grammarlab.learning.targets.tree_conditions import rule_text
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.preference.blended import BlendedPreference
-from grammarlab.preference.cells.splits import Above
+from grammarlab.preference.cells.splits import Value
 from grammarlab.preference.regression_tree import Split, grow, leaves_of
 from grammarlab.preference.simplified import SimplifiedPreference
 from grammarlab.scene.instances import Scene
@@ -223,17 +223,19 @@ def _splits_of_cells(table: DesignTable, state: State, names: Sequence[str]) -> 
     waiting = [(preference.partition.trees[0], 0)]
     while waiting:
         node, leaf = waiting.pop()
-        # Other splits than bounds, and bounds on further columns, end the tree.
-        if not isinstance(node.split, Above) or node.split.column >= len(table.features):
+        reading = None if node.split is None else node.split.reading
+        # What is read otherwise, and further columns, end the tree.
+        if node.split is None or not isinstance(reading, Value) or reading.column >= len(table.features):
             continue
-        feature, bound = table.features[node.split.column], node.split.bound * float(table.scales[node.split.column])
+        feature, leaves = table.features[reading.column], [leaf]
         if not isinstance(feature, Draw) or feature.site not in names:
             continue
-        if table.logarithmic is not None and table.logarithmic[node.split.column]:
-            bound = float(np.exp(bound))
-        number += 1
-        yield Split(leaf, names.index(feature.site), float(f"{bound:.{_NUM_DIGITS}g}"))
-        waiting += [(branch, number if part else leaf) for part, branch in node.parts]
+        for bound in np.array(node.split.bounds) * float(table.scales[reading.column]):
+            plain = np.exp(bound) if table.logarithmic is not None and table.logarithmic[reading.column] else bound
+            number += 1
+            yield Split(leaves[-1], names.index(feature.site), float(f"{plain:.{_NUM_DIGITS}g}"))
+            leaves.append(number)
+        waiting += [(branch, leaves[part]) for part, branch in node.parts]
 
 
 def _simple(pool: _Pool, columns: Ints) -> Simplified:

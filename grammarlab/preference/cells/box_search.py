@@ -19,7 +19,7 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
-from grammarlab.preference.cells.splits import Above
+from grammarlab.preference.cells.splits import Split, Value
 from grammarlab.preference.cells.tree_growth import Tree
 from grammarlab.preference.person import MODEL_NOISE, NOISES, START_BLUNDERS, Intervals, Singles, log_likelihood
 
@@ -63,7 +63,7 @@ class Box:
         side, column = divmod(int(number.argmax()), rows.shape[1])
         is_outside = outside[side, :, column]
         leaf, rest = Tree(labels[is_outside], 0.0), self._nodes(rows, labels[~is_outside])
-        split = Above(column, float(self.high[column] if side else self.low[column]))
+        split = Split(Value(column), (float(self.high[column] if side else self.low[column]),))
         return Tree(labels, 0.0, split, ((0, rest), (1, leaf)) if side else ((0, leaf), (1, rest)))
 
 

@@ -11,15 +11,13 @@ Values of other cells are counted without the labels of C: a score that was give
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.cells.split_ranking import Ranked, rank
-from grammarlab.preference.cells.splits import Splits
-from grammarlab.preference.person import DISLIKED, Intervals, Singles, log_likelihood, possible_values
+from grammarlab.preference.person import DISLIKED, Intervals, Person, Singles, log_likelihood, possible_values
 
 SHARED_PROBABILITY = 0.6
 """Prior probability that it has the value of other cells, once there are `_NUM_SHARING` of them."""
@@ -65,7 +63,6 @@ def grid_of(scores: Floats) -> Floats:
 class ScoreCells:
     """Labels, with the error model of the person."""
 
-    splits: Splits
     scores: Floats
     """[n] scores in points, 0-100."""
     grid: Floats
@@ -85,19 +82,22 @@ class ScoreCells:
         intervals = self.scores if self.intervals is None else self.intervals
         return log_likelihood(intervals, self.grid, self.noise, self.blunders)
 
-    @cached_property
-    def _rank_cache(self) -> dict[bytes, Ranked | None]:
-        """Cache of ranked cells: trees share most of their cells near the root."""
-        return {}
+    @property
+    def person(self) -> Person:
+        """The errors of the person."""
+        return Person(self.noise, self.blunders)
 
-    def log_evidence(self, members: Singles, labels: Ints) -> Floats:
-        """[k] log-evidence of parts of some labels.
+    def for_person(self, person: Person) -> ScoreCells:
+        """The labels for another person, whose values are not known yet."""
+        return replace(self, noise=person.noise, blunders=person.blunders, levels=None)
+
+    def log_evidence(self, members: Singles) -> Floats:
+        """[k] log-evidence of parts of the labels.
 
         Args:
-            members: [k, c] 1 if a label is in a part, else 0. An empty part has evidence 0.
-            labels: [c] indices.
+            members: [k, n] 1 if a label is in a part, else 0. An empty part has evidence 0.
         """
-        return self._evidence(members @ self._terms[labels])
+        return self._evidence(members @ self._terms)
 
     def of_cell(self, cell: Ints) -> float:
         """Evidence of one cell."""
@@ -114,17 +114,15 @@ class ScoreCells:
         """Upper bound on the evidence of divisions of a cell."""
         return float(self.log_likelihood[cell].max(axis=1).sum())
 
-    def ranked(self, cell: Ints, ahead: bool = False) -> Ranked | None:
-        """Splits of a cell; None if there are none.
+    @cached_property
+    def terms(self) -> Floats:
+        """[n, W] terms of the labels, whose sums over a part give its evidence."""
+        return self._terms.astype(np.float64)
 
-        Args:
-            cell: labels.
-            ahead: whether to look one step ahead.
-        """
-        key = bytes([ahead]) + cell.tobytes()
-        if key not in self._rank_cache:
-            self._rank_cache[key] = rank(self.splits, cell, self._terms[cell], self._evidence, ahead=ahead)
-        return self._rank_cache[key]
+    def evidence(self, sums: Floats) -> Floats:
+        """[...] log-evidence of parts from the sums [..., W] of their terms; an empty part has 0."""
+        parts = sums.reshape(-1, sums.shape[-1]).astype(np.float32)
+        return self._evidence(parts).reshape(sums.shape[:-1]).astype(np.float64)
 
     def _evidence(self, sums: Singles) -> Floats:
         """[k] log-evidence of parts whose sums of `_terms` are [k, 2 G + 1]."""

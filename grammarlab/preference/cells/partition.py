@@ -4,8 +4,7 @@ A person who likes some combinations of parts and dislikes all others has few va
 of one cell then measure one number, so that noise averages out and a single inconsistent score is a blunder. The error
 of the person is found by evidence (`grammarlab.preference.cells.person_error`).
 
-Splits of columns of many values have few bounds at first, then all bounds near those of the most likely tree. Where no
-label lies between two bounds, the alternative trees that choose questions have any bound in between.
+Where no label lies between two bounds, the alternative trees that choose questions have any bound in between.
 
 Cells of value 0 are predicted as 0, which matters most to a density: Gaussian processes predict a small mean for
 clipped scores.
@@ -32,33 +31,18 @@ from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.box_search import NUM_PER_CHAIN, find_boxes
-from grammarlab.preference.cells.cells import ScoreCells, levels_of
-from grammarlab.preference.cells.person_error import (
-    LOW_TEMPERATURE,
-    Start,
-    enough,
-    find_error,
-    guides_of,
-    posterior_shares,
-    sketching,
-)
-from grammarlab.preference.cells.splits import Above
-from grammarlab.preference.cells.sum_shares import splits_of, sums_of, widened
-from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, loosened, regrown, replanted
+from grammarlab.preference.cells.cells import ScoreCells
+from grammarlab.preference.cells.person_error import Found, find_error
+from grammarlab.preference.cells.sum_shares import split_columns, sums_of, widened
+from grammarlab.preference.cells.tree_growth import Tree, TreeGrowth, loosened, posterior_shares
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.person import NOISES, Intervals, Person
 
 _MAX_ROWS_TO_FIT = 512
 """Largest number of labels that trees are grown from; of more, an even selection by score is used."""
-_NUM_TREES = 12
-"""Number of trees of the average."""
-_NUM_AROUND = 6
-"""Number of further trees, found by changing the most likely one."""
 _NUM_DOUBTFUL = 10
 """Number of alternative trees, used only to choose questions."""
-_BOXES_PER_TREE = 3
-"""Divisor of the numbers of trees if boxes explain scores as well."""
 _DOUBT_TEMPERATURE = 4.0
 """Approximate loss in nats of the alternative trees."""
 _NUM_SWEEPS = 3
@@ -186,7 +170,7 @@ class PartitionPreference(AbstractPreference):
         """[N] probability of each of `NOISES`, by the evidence of the cells of the most likely tree."""
         parts, every = list(self.trees[0].cells()), np.arange(len(self.cells.scores))
         inside = np.array([np.isin(every, part) for part in parts], dtype=np.float32)
-        log_evidence = np.array([replace(self.cells, noise=n).log_evidence(inside, every).sum() for n in NOISES])
+        log_evidence = np.array([replace(self.cells, noise=n).log_evidence(inside).sum() for n in NOISES])
         odds = np.exp(log_evidence - log_evidence.max())
         return odds / odds.sum()
 
@@ -209,49 +193,21 @@ class PartitionPreference(AbstractPreference):
             continuous: [F] whether columns are continuous instead of counts.
             intervals: [n] intervals of these labels, if they are not scores.
         """
-        randomness, every = np.random.default_rng(0), np.arange(len(scores))
-        splits = splits_of(rows, self.groups, continuous, self.shares_of, scores, priors=self.priors)
-        cells = ScoreCells(
-            splits=splits,
-            scores=scores,
-            grid=self.cells.grid,
-            noise=self.noise,
-            blunders=self.blunders,
-            intervals=intervals,
-        )
-        guides, table = guides_of(cells), widened(rows, self.shares_of)
+        columns = split_columns(rows, self.groups, continuous, self.shares_of, scores, self.priors)
+        table, randomness = widened(rows, self.shares_of), np.random.default_rng(0)
         boxes = find_boxes(table, scores, continuous, randomness, intervals, _NUM_CHAINS_WITHOUT, self.priors)
-        conjunctions = [box.tree(table) for box in boxes]
-        faces = set[Above]().union(*(tree.bounds() for tree in conjunctions))
-        if faces:
-            splits = splits_of(rows, self.groups, continuous, self.shares_of, scores, faces, self.priors)
-            cells, *guides = (replace(part, splits=splits) for part in (cells, *guides))
-        growths = sketching(guides)[: 1 if conjunctions else None]
-        sketches = [grow(cells, every, growth, randomness) for growth in growths]
-        sketches += [replanted(cells, tree, table, every) for tree in conjunctions[::NUM_PER_CHAIN]]
-        shares = posterior_shares(sketches)
-        divisions = [(share, tuple(tree.cells())) for share, tree in zip(shares.tolist(), sketches, strict=True)]
-        start = Start(
-            replace(cells, levels=levels_of(cells, divisions)), tuple(guides), sketches[int(np.argmax(shares))]
-        )
-        # Without errors, held-out scores have influenced the splits of all labels, which would be a leak. Boxes are so
-        # hard to find again with fewer chains that it would be worse to do without.
-        keeps_trees = self.person.errs or len(self.boxes) > 0
-        near_trees = self.trees[:_NUM_REPLANTED] if keeps_trees else ()
-        near = (start.tree.bounds() | faces).union(*(tree.bounds() for tree in near_trees))
-        cells, guides, _ = start.refined(
-            splits_of(rows, self.groups, continuous, self.shares_of, scores, near, self.priors), table
-        )
-        trees = [grow(cells, every, growth, randomness) for growth in growths]
-        trees += [replanted(cells, tree, table, every) for tree in conjunctions]
-        if near_trees:
-            # The tree of all labels is a candidate, pruned by these labels only.
-            trees += [replanted(cells, tree, table, every) for tree in near_trees]
+        others = [box.tree(table) for box in boxes]
+        labelled = ScoreCells(scores, self.cells.grid, *self.person, intervals=intervals)
+        sketched = TreeGrowth(columns, labelled).sketches(others[::NUM_PER_CHAIN], table)
+        growth = TreeGrowth(columns, Found(labelled, sketched).with_levels())
+        if self.person.errs or self.boxes:
+            # The trees of all labels are candidates, pruned by these labels only.
+            trees = growth.sketches([*others, *self.trees[:_NUM_REPLANTED]], table)
         else:
-            best = max(trees, key=lambda tree: tree.log_posterior)
-            trees += [regrown(cells, best, growth, randomness) for growth in sketching(guides)[1 : 1 + len(growths)]]
-        # A copy without the cached ranks.
-        return replace(self, cells=replace(cells), trees=tuple(trees), doubtful=(), boxes=(), designs=None)
+            # Without errors, held-out scores have influenced the splits of all labels, which would be a leak. Boxes are
+            # so hard to find again with fewer chains that it would be worse to do without.
+            trees = growth.trees(others, table)
+        return replace(self, cells=growth.cells, trees=tuple(trees), doubtful=(), boxes=(), designs=None)
 
     def joint(self, rows: Floats) -> tuple[Floats, Floats]:
         """Mean [m] and covariance [m, m] of the values of rows [m, F], with doubtful trees weighted like the others."""
@@ -271,16 +227,17 @@ class PartitionPreference(AbstractPreference):
         return mean, covariance + away.T @ away
 
     def opinions(self, rows: Floats) -> tuple[Floats, Floats]:
-        """Shares [T] of trees and boxes, half for each kind, and the value [T, m] of each row by each of them."""
+        """Shares [B] of the boxes, which are drawn in proportion to their posterior, and the value [B, m] of each row.
+
+        Trees do not count: most of them are one or two of these boxes without the bounds that are not worth their
+        price.
+        """
         table = widened(rows, self.shares_of)
-        trees = [(share / 2.0, tree) for share, tree in self._counting()]
-        trees += [(0.5 / len(self.boxes), tree) for tree in self.boxes]
-        values = np.zeros((len(trees), len(rows)))
-        for index, (_, tree) in enumerate(trees):
+        values = np.zeros((len(self.boxes), len(rows)))
+        for index, tree in enumerate(self.boxes):
             number, cells = tree.cell_of(table)
             values[index] = self._values(cells)[0][number]
-        shares = np.array([share for share, _ in trees])
-        return shares / shares.sum(), values
+        return np.full(len(self.boxes), 1.0 / len(self.boxes)), values
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         """Share of the variance of the labels' values that splits by each group explain."""
@@ -379,38 +336,16 @@ def fit(
         table, values = table[selected], values[selected]
         intervals = None if intervals is None else intervals.take(selected)
     sums = sums_of(table, numbers, drawn)
-    wide, every = widened(table, sums), np.arange(len(values))
+    wide = widened(table, sums)
     likely = None if priors is None else np.asarray(priors, dtype=np.float64)
-    boxes = find_boxes(wide, values, drawn, randomness, intervals, priors=likely)
-    conjunctions = [box.tree(wide) for box in boxes]
-    near = set[Above]().union(*(tree.bounds() for tree in conjunctions))
-    divisor = _BOXES_PER_TREE if conjunctions else 1
-    num_trees, num_around, num_doubtful = (
-        enough(num, values) // divisor for num in (_NUM_TREES, _NUM_AROUND, _NUM_DOUBTFUL)
-    )
+    boxes = [box.tree(wide) for box in find_boxes(wide, values, drawn, randomness, intervals, priors=likely)]
     with threadpool_limits(1, "blas"):
-        splits = splits_of(table, numbers, drawn, sums, values, near, likely)
-        start = find_error(splits, values, intervals, randomness, wide, conjunctions[::NUM_PER_CHAIN])
-        cells, guides, refined = start.refined(
-            splits_of(table, numbers, drawn, sums, values, start.tree.bounds() | near, likely), wide
-        )
-        growths = [Growth(1e-2)] + [
-            Growth(LOW_TEMPERATURE, 0.0, guides) if n % 2 else Growth(guides=guides) for n in range(num_trees - 1)
-        ]
-        trees = [refined] + [grow(cells, every, growth, randomness) for growth in growths]
-        trees += [replanted(cells, tree, wide, every) for tree in conjunctions]
-        trees += _around(
-            cells,
-            max(trees, key=lambda tree: tree.log_posterior),
-            Growth(guides=guides),
-            num_around,
-            randomness,
-        )
-        doubtful = [
-            grow(cells, every, Growth(doubt=_DOUBT_TEMPERATURE, guides=guides), randomness) for _ in range(num_doubtful)
-        ]
-        doubtful = [loosened(tree, wide, randomness) for tree in doubtful]
-    trees.sort(key=lambda tree: -tree.log_posterior)
+        columns = split_columns(table, numbers, drawn, sums, values, likely)
+        cells = find_error(columns, values, intervals, wide, boxes[::NUM_PER_CHAIN])
+        growth = TreeGrowth(columns, cells)
+        trees = growth.trees(boxes, wide)
+        drawn_trees = [growth.drawn(_DOUBT_TEMPERATURE, randomness) for _ in range(_NUM_DOUBTFUL)]
+        doubtful = [loosened(tree, wide, randomness) for tree in drawn_trees]
     return PartitionPreference(
         num_columns=table.shape[1],
         groups=numbers,
@@ -419,7 +354,7 @@ def fit(
         trees=tuple(trees),
         doubtful=tuple(doubtful),
         priors=likely,
-        boxes=tuple(conjunctions),
+        boxes=tuple(boxes),
     )
 
 
@@ -442,10 +377,3 @@ def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floa
         odds = share / np.maximum(1.0 - share, _MIN_TOTAL)
         values = np.where(has_share, odds * others / np.where(has_share, masses, 1.0), expected)
     return values * (expected.max() / values.max()) if values.max(initial=0.0) > 0.0 else expected
-
-
-def _around(cells: ScoreCells, tree: Tree, growth: Growth, num: int, randomness: np.random.Generator) -> Iterator[Tree]:
-    """Trees drawn from each other, beginning with the most likely one, that explain the labels about equally well."""
-    for _ in range(num):
-        tree = regrown(cells, tree, growth, randomness, temperature=1.0)
-        yield tree

@@ -1,4 +1,4 @@
-"""The error of a person, found by evidence from several starts.
+"""The error of a person, found together with trees by evidence from several starts.
 
 Trees found under much noise stay small, trees found under little noise explain the noise.
 """
@@ -10,146 +10,92 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import logsumexp
 
-from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import MANY_LABELS
+from grammarlab.arrays import Floats
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
-from grammarlab.preference.cells.splits import Splits
-from grammarlab.preference.cells.tree_growth import Growth, Tree, grow, replanted
-from grammarlab.preference.person import (
-    PERSONS,
-    PRICE_OF_BLUNDERS,
-    START_BLUNDERS,
-    START_NOISES,
-    USUAL_BLUNDERS,
-    Intervals,
-    Person,
-)
+from grammarlab.preference.cells.split_columns import SplitColumns
+from grammarlab.preference.cells.tree_growth import Tree, TreeGrowth, posterior_shares
+from grammarlab.preference.person import PERSONS, START_PERSONS, Intervals, Person
 
-_LARGE_NOISE = 7.5
-"""Noise of many labels in points, found from other beginnings, from which the smallest beginning is left out: its
-trees explain all noise, are large, and are then unlikely. With few labels, only it finds some tastes, such as parity.
-"""
-_MAX_ROUNDS = 3
-"""Largest number of rounds per start, in which trees and error model are improved in turns."""
-_NUM_SKETCHES = 4
-"""Number of trees per round."""
-_NUM_BESIDE = 2
-"""Number of trees per round beside trees that were found otherwise."""
-_GUIDE = Person(START_NOISES[0], USUAL_BLUNDERS)
-"""The person of the first guide."""
-LOW_TEMPERATURE = 0.5
-"""Low temperature of draws of splits."""
-_TEMPERATURE = 3.0
-"""Shares of trees are their posteriors to the power of one over this, since the found trees are only some of all."""
+_MAX_PERSONS = 3
+"""Largest number of times that errors are improved and trees grown again."""
+_NUM_JUDGING = 6
+"""Number of the most likely trees that a person is judged by."""
 
 
-class Start(NamedTuple):
-    """The best of several starts."""
+class Found(NamedTuple):
+    """Trees with the errors that they were grown for."""
 
     cells: ScoreCells
-    """The labels and the error model."""
-    guides: tuple[ScoreCells, ...]
-    """Labels and error models with more noise, which guide the draws of splits."""
-    tree: Tree
-    """The most likely tree."""
+    """The labels and the errors."""
+    trees: list[Tree]
+    """The most likely one first."""
 
-    def refined(self, splits: Splits, rows: Floats) -> Start:
-        """The same with other splits of the same rows [n, F], among them those of the tree."""
-        cells, *guides = (replace(cells, splits=splits) for cells in (self.cells, *self.guides))
-        return Start(cells, tuple(guides), replanted(cells, self.tree, rows, self.tree.labels))
+    @property
+    def log_evidence(self) -> float:
+        """Evidence of all trees together, less the price of the errors, in nats."""
+        return float(logsumexp([tree.log_posterior for tree in self.trees])) - self.cells.person.price
+
+    def with_levels(self) -> ScoreCells:
+        """The labels, and the values that cells seem to have."""
+        shares = posterior_shares(self.trees).tolist()
+        divisions = [(share, tuple(tree.cells())) for share, tree in zip(shares, self.trees, strict=True)]
+        return replace(self.cells, levels=levels_of(self.cells, divisions))
 
 
 def find_error(
-    splits: Splits,
+    columns: SplitColumns,
     scores: Floats,
     intervals: Intervals | None,
-    randomness: np.random.Generator,
     rows: Floats,
     candidates: Sequence[Tree] = (),
-) -> Start:
-    """The most likely error model with its most likely tree.
+) -> ScoreCells:
+    """The labels with the most likely person, and the values that cells seem to have.
 
     Args:
-        splits: splits of the labelled rows.
+        columns: what the labels may be split by.
         scores: [n] 0-100.
         intervals: [n] intervals of the labels, if they are not scores.
-        randomness: draws splits.
         rows: [n, F] rows of the labels.
         candidates: trees of the labels that were found otherwise.
     """
-    grid, every = grid_of(scores), np.arange(len(scores))
-    first = ScoreCells(
-        splits=splits, scores=scores, grid=grid, noise=START_NOISES[0], blunders=START_BLUNDERS, intervals=intervals
-    )
-    guides = guides_of(first)
-    best, highest, most_likely = guides[0], -np.inf, Tree(every, -np.inf)
-    visited, many = set[Person](), len(scores) > MANY_LABELS
-    for noise in START_NOISES:
-        if many and noise == START_NOISES[-1] and best.noise >= _LARGE_NOISE:
+    first = ScoreCells(scores, grid_of(scores), *START_PERSONS[0], intervals=intervals)
+
+    def growth(person: Person) -> TreeGrowth:
+        return TreeGrowth(columns, first.for_person(person))
+
+    growths = [growth(person) for person in START_PERSONS]
+    sketched = [Found(each.cells, each.sketches(candidates, rows)) for each in growths]
+    best = max(sketched, key=lambda item: item.log_evidence)
+    tried = set[Person]()
+    for _ in range(_MAX_PERSONS):
+        likely = _most_likely(best)
+        if likely in tried:
             break
-        cells, visited = replace(first, noise=noise), visited if many else set[Person]()
-        for _ in range(enough(_MAX_ROUNDS, scores)):
-            growths = sketching(guides)[: _NUM_BESIDE if candidates else None]
-            trees = [grow(cells, every, growth, randomness) for growth in growths]
-            trees += [replanted(cells, tree, rows, every) for tree in candidates]
-            tree = max(trees, key=lambda tree: tree.log_posterior)
-            posterior = tree.log_posterior - PRICE_OF_BLUNDERS * cells.blunders
-            if posterior > highest:
-                best, highest, most_likely = cells, posterior, tree
-            divisions = [
-                (float(share), tuple(tree.cells())) for share, tree in zip(posterior_shares(trees), trees, strict=True)
-            ]
-            likely = _most_likely(cells, divisions)
-            if likely in visited:
-                break
-            visited.add(likely)
-            cells = replace(cells, noise=likely.noise, blunders=likely.blunders, levels=levels_of(cells, divisions))
-    return Start(best, guides, most_likely)
+        tried.add(likely)
+        grown = growth(likely)
+        best = max(best, Found(grown.cells, grown.trees(candidates, rows)), key=lambda item: item.log_evidence)
+    return best.with_levels()
 
 
-def _most_likely(cells: ScoreCells, divisions: Sequence[tuple[float, Sequence[Ints]]]) -> Person:
-    """The person with the highest posterior for the two most likely divisions."""
-    top = sorted(divisions, key=lambda item: -item[0])[:2]
-    every = np.arange(len(cells.scores))
-    members = []
-    for share, parts in top:
-        inside = np.zeros((len(parts), len(every)), dtype=np.float32)
-        for row, cell in enumerate(parts):
-            inside[row, cell] = 1.0
-        members.append((share, inside))
+def _most_likely(found: Found) -> Person:
+    """The person with the highest posterior for the most likely trees together."""
+    cells, trees = found.cells, found.trees[:_NUM_JUDGING]
+    divisions = [list(tree.cells()) for tree in trees]
+    # Trees share cells, whose evidence is found once.
+    different = {cell.tobytes(): cell for parts in divisions for cell in parts}
+    place = {key: index for index, key in enumerate(different)}
+    members = [np.array([place[cell.tobytes()] for cell in parts]) for parts in divisions]
+    inside = np.zeros((len(different), len(cells.scores)), dtype=np.float32)
+    for row, cell in zip(inside, different.values(), strict=True):
+        row[cell] = 1.0
+    of_cells = cells.log_evidence(inside)
+    of_splits = [tree.log_posterior - of_cells[index].sum() for tree, index in zip(trees, members, strict=True)]
 
     def posterior(person: Person) -> float:
-        candidate = replace(cells, noise=person.noise, blunders=person.blunders)
-        evidence = sum(share * float(candidate.log_evidence(inside, every).sum()) for share, inside in members)
-        return evidence / sum(share for share, _ in members) - person.price
+        evidence = cells.for_person(person).log_evidence(inside)
+        of_trees = [prior + evidence[index].sum() for prior, index in zip(of_splits, members, strict=True)]
+        return float(logsumexp(of_trees)) - person.price
 
     return max(PERSONS, key=posterior)
-
-
-def guides_of(cells: ScoreCells) -> tuple[ScoreCells, ...]:
-    """The same labels with more noise, which prefers parts that differ in their mean.
-
-    With the spread of the scores as noise, all parts are worth dividing that are not yet of one value: the first of
-    several splits, after which liked and disliked designs are still mixed, has little evidence with less noise.
-    """
-    spread = float(cells.scores.std())
-    noises = (_GUIDE.noise, spread) if spread > _GUIDE.noise else (_GUIDE.noise,)
-    return tuple(replace(cells, noise=noise, blunders=_GUIDE.blunders) for noise in noises)
-
-
-def enough(num: int, scores: Floats) -> int:
-    """Number of trees or rounds for a number of scores."""
-    return num if len(scores) <= MANY_LABELS else num - num // 3
-
-
-def sketching(guides: Sequence[ScoreCells]) -> list[Growth]:
-    """Options of a few trees, one of them of the best splits."""
-    return [Growth(1e-2)] + [Growth(LOW_TEMPERATURE, 0.0, guides)] * (_NUM_SKETCHES - 1)
-
-
-def posterior_shares(trees: Sequence[Tree]) -> Floats:
-    """[trees] the weight of each tree; all sum to 1."""
-    posterior = np.array([tree.log_posterior for tree in trees])
-    shares = np.exp((posterior - posterior.max()) / _TEMPERATURE)
-    return shares / shares.sum()

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.cells.splits import Above, Splits
+from grammarlab.preference.cells.split_columns import SplitColumns
 
 
 def sums_of(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
@@ -21,20 +19,19 @@ def sums_of(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:
     return tuple(column_sets)
 
 
-def splits_of(
+def split_columns(
     rows: Floats,
     groups: Ints,
     continuous: Flags,
     shares_of: tuple[Ints, ...],
     scores: Floats,
-    near: Collection[Above] = (),
     priors: Floats | None = None,
-) -> Splits:
-    """`Splits.of` rows, including splits by shares."""
+) -> SplitColumns:
+    """`SplitColumns.of` rows, including shares."""
     owners = np.concatenate([groups, *(groups[columns] for columns in shares_of)])
     added = np.ones(sum(len(columns) for columns in shares_of), dtype=bool)
     likely = None if priors is None else np.concatenate([priors, *(priors[columns] for columns in shares_of)])
-    return Splits.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]), scores, near, likely)
+    return SplitColumns.of(widened(rows, shares_of), owners, np.concatenate([continuous, added]), scores, likely)
 
 
 def widened(rows: Floats, shares_of: tuple[Ints, ...]) -> Floats:

@@ -1,27 +1,45 @@
-"""Trees of splits, grown at random in proportion to their posterior and then pruned.
+"""Trees of splits: each node is divided by the best cut of one column, and pruned if its parts explain no more.
 
-A node divides its labels with prior probability .9 / sqrt(1 + depth). Its split is drawn by the evidence of the
-parts, each taken as one cell; sometimes by a guide with more noise, which prefers parts that differ in their mean.
-The guide finds splits that gain only together with a second split, since trees are pruned bottom-up: a branch is kept
-if it has more evidence than its labels as one cell.
+A node divides its labels with prior probability .9 / sqrt(1 + depth). A screening
+(`grammarlab.preference.judge.screening`) chooses the columns whose best cuts are found exactly
+(`grammarlab.preference.judge.cuts`), in a few bins of the labels of the node
+(`grammarlab.preference.cells.node_bins`); then each bound moves to the best place near by. Some divisions gain only
+together with a second one: trees also grow from given first divisions, whatever these gain alone, and are pruned
+bottom-up.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.cells.cells import ScoreCells
-from grammarlab.preference.cells.splits import Above, Split
-from grammarlab.preference.judge.score_tree import MAX_DEPTH
+from grammarlab.preference.cells.node_bins import node_bins
+from grammarlab.preference.cells.split_columns import SplitColumns
+from grammarlab.preference.cells.splits import Split, Value
+from grammarlab.preference.judge.cuts import BinnedColumns, best_cuts, price_of_bounds
+from grammarlab.preference.judge.score_tree import MAX_DEPTH, PATIENCE, PATIENT_DEPTH
+from grammarlab.preference.judge.screening import gains
 
-GUIDE_PROBABILITY = 0.5
-"""Probability of a draw by the guide."""
-_AHEAD_DEPTH = 1
-"""Depth above which nodes look one step ahead."""
+_NUM_BINS = 12
+"""Number of bins of the labels of a node, beside those of intervals that stand out. More are only slower, since bounds
+move afterwards."""
+_NUM_EXACT = 40
+"""Number of columns of a node whose best cuts are compared, those that a screening ranks first. More are only slower.
+"""
+_NUM_ROOTS = 12
+"""Number of columns whose best cuts are first divisions, those that a screening ranks first."""
+_NUM_SKETCHED = 3
+"""The same of a few trees."""
+_NUM_ALTERNATIVES = 6
+"""Number of cuts of a node that it is grown again from. More are only slower."""
+_EQUAL = 1e-4
+"""Difference in nats below which places of a bound are equally good; then the middle one is taken."""
 _MIN_POSSIBLE_GAIN = 6.0
 """Gain in nats below which no division is possible: less than the price of a split."""
 
@@ -52,10 +70,6 @@ class Tree:
         for _, part in self.parts:
             yield from part.nodes()
 
-    def bounds(self) -> set[Above]:
-        """Its splits at bounds."""
-        return {node.split for node in self.nodes() if isinstance(node.split, Above)}
-
     def cell_of(self, rows: Floats) -> tuple[Ints, tuple[Ints, ...]]:
         """Number [m] of the cell of each row [m, F], and the cells; rows of new parts belong to the whole node."""
         number, cells = np.zeros(len(rows), dtype=np.int64), list[Ints]()
@@ -75,113 +89,217 @@ class Tree:
             cells.append(self.labels)
 
 
-@dataclass(frozen=True, slots=True)
-class Growth:
-    """Options of growing trees."""
+class _Ranked(NamedTuple):
+    """The best cuts of K columns of a node."""
 
-    temperature: float = 1.0
-    """Temperature of the draws of splits: 1 for their posterior, near 0 for the best one."""
-    doubt: float = 0.0
-    """Temperature of pruning in nats: a branch with about this gain or loss is kept at random; 0 keeps the better."""
-    guides: Sequence[ScoreCells] = ()
-    """Labels and error models with more noise, which guide the draws of splits."""
-
-
-def replanted(cells: ScoreCells, tree: Tree, rows: Floats, labels: Ints, depth: int = 0) -> Tree:
-    """The splits of a tree with other labels, pruned by their evidence.
-
-    Args:
-        cells: the labels and the error model.
-        tree: a tree of any labels.
-        rows: [n, F] rows of all labels.
-        labels: [c] indices, ascending.
-        depth: depth of the node.
-    """
-    leaf, dividing = _leaf(cells, labels, depth)
-    if tree.split is None or len(labels) < 2:
-        return leaf
-    part_of = tree.split.parts(rows[labels])
-    mass = cells.splits.mass_of(part_of, labels)
-    if mass <= 0.0:
-        return leaf
-    branches = dict(tree.parts)
-    parts = tuple(
-        (part, replanted(cells, branches.get(part, leaf), rows, labels[part_of == part], depth + 1))
-        for part in np.unique(part_of).tolist()
-    )
-    evidence = float(np.log(dividing * mass)) + sum(part.log_posterior for _, part in parts)
-    return Tree(labels, evidence, tree.split, parts) if evidence > leaf.log_posterior else leaf
+    log_posterior: Floats
+    """[K] log of the evidence of the parts and of the prior of the cut."""
+    columns: Ints
+    """[K]"""
+    codes: Ints
+    """[K, c] bins of the labels of the node."""
+    first: tuple[tuple[int, ...], ...]
+    """[K] first bin of each interval but the lowest."""
 
 
-def _leaf(cells: ScoreCells, labels: Ints, depth: int) -> tuple[Tree, float]:
-    """A node of labels as one cell, and the prior probability that it is divided."""
-    dividing = float(0.9 / np.sqrt(1.0 + depth))
-    return Tree(labels, cells.of_cell(labels) + float(np.log1p(-dividing))), dividing
+@dataclass(frozen=True, eq=False)
+class TreeGrowth:
+    """Labels, what they may be split by, and the trees that grow from both."""
+
+    columns: SplitColumns
+    cells: ScoreCells
+
+    @cached_property
+    def every(self) -> Ints:
+        """[n] indices of all labels."""
+        return np.arange(len(self.cells.scores))
+
+    @cached_property
+    def _ranked_cache(self) -> dict[bytes, _Ranked]:
+        """Cache of ranked cuts: trees share most of their nodes."""
+        return {}
+
+    @cached_property
+    def _grown_cache(self) -> dict[tuple[bytes, int], Tree]:
+        """Cache of branches by labels and depth."""
+        return {}
+
+    def trees(self, others: Sequence[Tree], rows: Floats) -> list[Tree]:
+        """Different trees of all labels, the most likely one first: the best one, and those of other first divisions.
+
+        Args:
+            others: trees of any labels, whose splits are tried as well.
+            rows: [n, F] rows of the labels.
+        """
+        trees = self._beginnings(_NUM_ROOTS, others, rows)
+        return _different([*trees, self._improved(max(trees, key=lambda tree: tree.log_posterior), 0)])
+
+    def sketches(self, others: Sequence[Tree], rows: Floats) -> list[Tree]:
+        """A few of these trees, found quickly."""
+        return _different(self._beginnings(_NUM_SKETCHED, others, rows))
+
+    def _beginnings(self, num_roots: int, others: Sequence[Tree], rows: Floats) -> list[Tree]:
+        """The best tree, those of other first divisions, and others with these labels."""
+        roots = self._screened(self.every)[:num_roots].tolist()
+        trees = [self._grown(self.every, 0), *(self._rooted(root) for root in roots)]
+        return trees + [self._replanted(tree, rows, self.every, 0) for tree in others]
+
+    def drawn(self, doubt: float, randomness: np.random.Generator) -> Tree:
+        """A tree of all labels that explains these about as well as the best one.
+
+        Args:
+            doubt: > 0, temperature of draws of splits and of pruning in nats: a branch with about this gain or loss is
+                kept at random.
+            randomness: draws splits.
+        """
+        return self._drawn(self.every, 0, doubt, randomness)
+
+    def _grown(self, labels: Ints, depth: int) -> Tree:
+        key = labels.tobytes(), depth
+        if key not in self._grown_cache:
+            self._grown_cache[key] = self._divided(labels, depth)
+        return self._grown_cache[key]
+
+    def _divided(self, labels: Ints, depth: int) -> Tree:
+        leaf, ranked = self._leaf(labels, depth), self._worth_dividing(labels, depth)
+        if ranked is None:
+            return leaf
+        best = int(np.argmax(ranked.log_posterior))
+        # With its parts as leaves.
+        num_parts = len(ranked.first[best]) + 1
+        alone = ranked.log_posterior[best] + _log_dividing(depth) + num_parts * _log_leaf(depth + 1)
+        patience = PATIENCE if depth < PATIENT_DEPTH else 0.0
+        return leaf if alone < leaf.log_posterior - patience else self._branch(labels, depth, ranked, best, leaf)
+
+    def _rooted(self, column: int) -> Tree:
+        """The tree of all labels with a given column of the first division."""
+        leaf = self._leaf(self.every, 0)
+        ranked = self._cut(np.array([column]), self.every)
+        return self._branch(self.every, 0, ranked, 0, leaf) if np.isfinite(ranked.log_posterior[0]) else leaf
+
+    def _branch(self, labels: Ints, depth: int, ranked: _Ranked, index: int, leaf: Tree) -> Tree:
+        """The node divided by one of the ranked cuts, its parts grown; the leaf if it is more likely."""
+        split, prior = self._split(labels, ranked, index)
+        part_of = np.searchsorted(np.array(split.bounds), self.columns.values[labels, ranked.columns[index]])
+        parts = tuple((part, self._grown(labels[part_of == part], depth + 1)) for part in range(len(split.bounds) + 1))
+        total = _log_dividing(depth) + prior + sum(part.log_posterior for _, part in parts)
+        return Tree(labels, total, split, parts) if total > leaf.log_posterior else leaf
+
+    def _improved(self, tree: Tree, depth: int) -> Tree:
+        """A tree after its first nodes, from the top, were grown again from their best cuts if these are better."""
+        ranked = self._worth_dividing(tree.labels, depth) if depth < PATIENT_DEPTH else None
+        if ranked is None:
+            return tree
+        leaf, order = self._leaf(tree.labels, depth), np.argsort(-ranked.log_posterior, kind="stable")
+        cuts = [index for index in order[:_NUM_ALTERNATIVES].tolist() if np.isfinite(ranked.log_posterior[index])]
+        others = (self._branch(tree.labels, depth, ranked, index, leaf) for index in cuts)
+        best = max((tree, *others), key=lambda tree: tree.log_posterior)
+        parts = tuple((part, self._improved(branch, depth + 1)) for part, branch in best.parts)
+        gained = sum(
+            new.log_posterior - old.log_posterior for (_, new), (_, old) in zip(parts, best.parts, strict=True)
+        )
+        return replace(best, log_posterior=best.log_posterior + gained, parts=parts)
+
+    def _drawn(self, labels: Ints, depth: int, doubt: float, randomness: np.random.Generator) -> Tree:
+        leaf, ranked = self._leaf(labels, depth), self._worth_dividing(labels, depth)
+        if ranked is None:
+            return leaf
+        index = int(np.argmax(ranked.log_posterior / doubt + randomness.gumbel(size=len(ranked.columns))))
+        split, prior = self._split(labels, ranked, index)
+        part_of = np.searchsorted(np.array(split.bounds), self.columns.values[labels, ranked.columns[index]])
+        parts = tuple(
+            (part, self._drawn(labels[part_of == part], depth + 1, doubt, randomness))
+            for part in range(len(split.bounds) + 1)
+        )
+        total = _log_dividing(depth) + prior + sum(part.log_posterior for _, part in parts)
+        odds = np.exp(np.clip((leaf.log_posterior - total) / doubt, -50.0, 50.0))
+        return Tree(labels, total, split, parts) if randomness.random() * (1.0 + odds) < 1.0 else leaf
+
+    def _replanted(self, tree: Tree, rows: Floats, labels: Ints, depth: int) -> Tree:
+        leaf = self._leaf(labels, depth)
+        column = None if tree.split is None else self.columns.place(tree.split.reading)
+        if tree.split is None or column is None or len(labels) < 2:
+            return leaf
+        part_of = tree.split.parts(rows[labels])
+        different = np.unique(part_of).tolist()
+        if len(different) < 2:
+            return leaf
+        branches = dict(tree.parts)
+        parts = tuple(
+            (part, self._replanted(branches.get(part, leaf), rows, labels[part_of == part], depth + 1))
+            for part in different
+        )
+        num_values = len(np.unique(self.columns.values[labels, column]))
+        prior = -float(self.columns.prices[column] + price_of_bounds(len(parts) - 1, num_values - 1))
+        total = _log_dividing(depth) + prior + sum(part.log_posterior for _, part in parts)
+        return Tree(labels, total, tree.split, parts) if total > leaf.log_posterior else leaf
+
+    def _leaf(self, labels: Ints, depth: int) -> Tree:
+        """A node of labels as one cell."""
+        return Tree(labels, self.cells.of_cell(labels) + _log_leaf(depth))
+
+    def _worth_dividing(self, labels: Ints, depth: int) -> _Ranked | None:
+        """The best cuts of a node; None if none can explain its scores better than one cell."""
+        if len(labels) < 2 or depth >= MAX_DEPTH:
+            return None
+        if self.cells.of_cell(labels) > self.cells.best_possible(labels) - _MIN_POSSIBLE_GAIN:
+            return None
+        key = labels.tobytes()
+        if key not in self._ranked_cache:
+            self._ranked_cache[key] = self._cut(self._screened(labels)[:_NUM_EXACT], labels)
+        ranked = self._ranked_cache[key]
+        return ranked if np.isfinite(ranked.log_posterior).any() else None
+
+    def _screened(self, labels: Ints) -> Ints:
+        """[C] columns, those that may explain most of the scores of some labels first."""
+        worth = gains(self.columns.binned, labels, self.cells.scores) - self.columns.prices
+        return np.argsort(-worth, kind="stable")
+
+    def _cut(self, columns: Ints, labels: Ints) -> _Ranked:
+        """The best cut of a node by each of some columns [K]."""
+        codes = node_bins(self.columns.values[np.ix_(labels, columns)], self.cells.scores[labels], _NUM_BINS)
+        binned = BinnedColumns(codes, codes.max(axis=1) + 1)
+        each, inside = np.arange(len(columns)), np.arange(len(labels))
+        cut = best_cuts(binned, each, inside, self.cells.terms[labels], self.cells.evidence)
+        first = tuple(cut.first for cut in cut.cuts)
+        return _Ranked(cut.log_evidence - self.columns.prices[columns], columns, codes, first)
+
+    def _split(self, labels: Ints, ranked: _Ranked, index: int) -> tuple[Split, float]:
+        """A split by one of the ranked cuts, its bounds moved to the best places near by, and its log-prior."""
+        column, codes, first = int(ranked.columns[index]), ranked.codes[index], ranked.first[index]
+        different, place, where = np.unique(self.columns.values[labels, column], return_index=True, return_inverse=True)
+        code_of, number = codes[place], where.reshape(-1)
+        bounds = np.searchsorted(code_of, np.array(first))
+        if len(different) > codes.max() + 1:
+            sums = np.zeros((len(different) + 1, self.cells.terms.shape[1]))
+            np.add.at(sums, number + 1, self.cells.terms[labels])
+            bounds = _moved(bounds, code_of, np.cumsum(sums, axis=0), self.cells)
+        middles = (different[bounds - 1] + different[bounds]) / 2.0
+        # Between neighbouring floats, and floats whose sum is infinite, too.
+        middles = np.where(
+            (middles >= different[bounds - 1]) & (middles < different[bounds]), middles, different[bounds - 1]
+        )
+        prior = -float(self.columns.prices[column] + price_of_bounds(len(first), len(different) - 1))
+        return Split(self.columns.readings[column], tuple(middles.tolist())), prior
 
 
-def grow(cells: ScoreCells, labels: Ints, growth: Growth, randomness: np.random.Generator, depth: int = 0) -> Tree:
-    """A tree of some labels.
-
-    Args:
-        cells: the labels and the error model.
-        labels: [c] indices, ascending.
-        growth: options of growing.
-        randomness: draws splits.
-        depth: depth of the node.
-    """
-    leaf, dividing = _leaf(cells, labels, depth)
-    undivided = leaf.log_posterior - float(np.log1p(-dividing))
-    if len(labels) < 2 or depth >= MAX_DEPTH or undivided > cells.best_possible(labels) - _MIN_POSSIBLE_GAIN:
-        return leaf
-    guided = bool(growth.guides) and randomness.random() < GUIDE_PROBABILITY
-    guide = growth.guides[int(randomness.integers(len(growth.guides)))] if guided else cells
-    ranked = guide.ranked(labels, depth < _AHEAD_DEPTH)
-    if ranked is None:
-        return leaf
-    drawn = int(np.argmax(ranked.log_posterior / growth.temperature + randomness.gumbel(size=len(ranked.log_mass))))
-    split = cells.splits.drawn(ranked.member[ranked.group == drawn], randomness)
-    part_of = cells.splits.parts[split, labels]
-    parts = tuple(
-        (part, grow(cells, labels[part_of == part], growth, randomness, depth + 1))
-        for part in np.unique(part_of).tolist()
-    )
-    prior = float(np.log(dividing) + ranked.log_mass[drawn])
-    tree = Tree(labels, prior + sum(part.log_posterior for _, part in parts), cells.splits.splits[split], parts)
-    return tree if _stays(tree.log_posterior - leaf.log_posterior, growth.doubt, randomness) else leaf
+def _different(trees: Sequence[Tree]) -> list[Tree]:
+    """Trees of all labels without those that divide these as a better one does, the most likely one first."""
+    different: dict[frozenset[bytes], Tree] = {}
+    for tree in sorted(trees, key=lambda tree: -tree.log_posterior):
+        different.setdefault(frozenset(cell.tobytes() for cell in tree.cells()), tree)
+    return list(different.values())
 
 
-def regrown(
-    cells: ScoreCells,
-    tree: Tree,
-    growth: Growth,
-    randomness: np.random.Generator,
-    temperature: float = 0.0,
-    depth: int = 0,
-) -> Tree:
-    """A tree after regrowing each node in turn, from the top, and replacing it if the new branch is more likely.
-
-    Args:
-        cells: the labels and the error model.
-        tree: the initial tree.
-        growth: options of growing.
-        randomness: draws them.
-        temperature: approximate loss of a branch in nats that is accepted; 0 for none.
-        depth: depth of the first node.
-    """
-    if len(tree.labels) < 2:
-        return tree
-    candidate = grow(cells, tree.labels, growth, randomness, depth)
-    if candidate.log_posterior - tree.log_posterior > -temperature * randomness.exponential():
-        tree = candidate
-    parts = tuple(
-        (part, regrown(cells, branch, growth, randomness, temperature, depth + 1)) for part, branch in tree.parts
-    )
-    gained = sum(new.log_posterior - old.log_posterior for (_, new), (_, old) in zip(parts, tree.parts, strict=True))
-    return replace(tree, log_posterior=tree.log_posterior + gained, parts=parts)
+def posterior_shares(trees: Sequence[Tree]) -> Floats:
+    """[trees] the weight of each of different trees, its posterior among them; all sum to 1."""
+    posterior = np.array([tree.log_posterior for tree in trees])
+    shares = np.exp(posterior - posterior.max())
+    return shares / shares.sum()
 
 
 def loosened(tree: Tree, rows: Floats, randomness: np.random.Generator) -> Tree:
-    """A tree with each bound somewhere between the nearest labels on both sides, where no label says more.
+    """A tree with each bound on values somewhere between the nearest labels on both sides, where no label says more.
 
     Args:
         tree: the tree.
@@ -189,17 +307,44 @@ def loosened(tree: Tree, rows: Floats, randomness: np.random.Generator) -> Tree:
         randomness: draws the bounds.
     """
     split = tree.split
-    if isinstance(split, Above):
-        values = rows[tree.labels, split.column]
-        above = values > split.bound
-        low, high, share = values[~above].max(), values[above].min(), randomness.random()
-        # Of neighbouring floats, and of floats whose difference is infinite, too.
-        split = Above(split.column, float(min((1.0 - share) * low + share * high, np.nextafter(high, low))))
+    if split is not None and isinstance(split.reading, Value):
+        values, bounds = split.reading.read(rows[tree.labels]), list[float]()
+        for bound in split.bounds:
+            low, high, share = values[values <= bound].max(), values[values > bound].min(), randomness.random()
+            # Of neighbouring floats, and of floats whose difference is infinite, too.
+            bounds.append(float(min((1.0 - share) * low + share * high, np.nextafter(high, low))))
+        split = split._replace(bounds=tuple(bounds))
     parts = tuple((part, loosened(branch, rows, randomness)) for part, branch in tree.parts)
     return replace(tree, split=split, parts=parts)
 
 
-def _stays(gain: float, doubt: float, randomness: np.random.Generator) -> bool:
-    if not doubt:
-        return gain > 0.0
-    return bool(randomness.random() < 1.0 / (1.0 + np.exp(np.clip(-gain / doubt, -50.0, 50.0))))
+def _moved(bounds: Ints, code_of: Ints, below: Floats, cells: ScoreCells) -> Ints:
+    """Bounds [b], each at the place with the most evidence among those of its bin and the bin below, in turn.
+
+    Args:
+        bounds: [b] index of the first value of each interval but the lowest, ascending.
+        code_of: [V] bin of each value, ascending.
+        below: [V + 1, W] sums of the terms of the labels with smaller values.
+        cells: evidence of parts.
+    """
+    moved = [0, *bounds.tolist(), len(code_of)]
+    for index in range(1, len(moved) - 1):
+        code = code_of[moved[index]]
+        low = max(int(np.searchsorted(code_of, code - 1)), moved[index - 1] + 1)
+        high = min(int(np.searchsorted(code_of, code, side="right")), moved[index + 1] - 1)
+        places = np.arange(low, high + 1)
+        lower, upper = below[places] - below[moved[index - 1]], below[moved[index + 1]] - below[places]
+        evidence = cells.evidence(lower) + cells.evidence(upper)
+        best = places[evidence > evidence.max() - _EQUAL]
+        moved[index] = int(best[len(best) // 2])
+    return np.array(moved[1:-1])
+
+
+def _log_dividing(depth: int) -> float:
+    """Log of the prior probability that a node is divided."""
+    return float(np.log(0.9 / np.sqrt(1.0 + depth)))
+
+
+def _log_leaf(depth: int) -> float:
+    """Log of the prior probability that a node is a cell."""
+    return float(np.log1p(-0.9 / np.sqrt(1.0 + depth)))

@@ -39,7 +39,7 @@ class BinnedColumns:
         codes = ranks_of(columns)
         many = np.flatnonzero(codes.max(axis=1, initial=-1) >= most)
         if len(many):
-            codes[many] = np.take_along_axis(_bins_of_ranks(codes[many], most), codes[many], axis=1)
+            codes[many] = np.take_along_axis(bins_of_ranks(codes[many], most), codes[many], axis=1)
         return cls(codes, codes.max(axis=1, initial=-1) + 1)
 
     @cached_property
@@ -73,7 +73,7 @@ def ranks_of(columns: Floats) -> Ints:
     return ranks
 
 
-def _bins_of_ranks(ranks: Ints, most: int) -> Ints:
+def bins_of_ranks(ranks: Ints, most: int) -> Ints:
     """[C, R] bin of each rank of columns [C, n]: by the number of labels with a smaller value."""
     num_columns, num = ranks.shape
     num_ranks = int(ranks.max()) + 1
@@ -137,6 +137,21 @@ def best_cuts(
     return CutColumns(values, cuts)
 
 
+def price_of_bounds(num: int, num_places: int) -> float:
+    """Description length of the bounds of a division in nats: each is at one of the places between different values.
+
+    There is another bound with even odds, until there are as many as places.
+
+    Args:
+        num: number of bounds.
+        num_places: >= 1.
+
+    >>> price_of_bounds(1, 1), round(price_of_bounds(1, 4), 3)
+    (0.0, 2.015)
+    """
+    return float(num * (np.log(num_places) + np.log(2.0)) + np.log1p(-(0.5**num_places)))
+
+
 def _occupied(codes: Ints) -> tuple[Ints, Ints]:
     """Codes [C, m] without the bins that have no label, and the code [C, B] of each remaining bin."""
     num, width = len(codes), int(codes.max(initial=-1)) + 1
@@ -160,8 +175,7 @@ def _divided(
     low, high = np.triu_indices(width + 1, 1)
     of_interval = np.full((num, width + 1, width + 1), -np.inf)
     of_interval[:, low, high] = evidence(below[:, high] - below[:, low])
-    # A bound is at one of the places between bins, and there is another one with even odds.
-    price = np.log(width - 1) + np.log(2.0)
+    price = price_of_bounds(1, width - 1) - price_of_bounds(0, width - 1)
     best = np.full((num, width + 1), -np.inf)
     best[:, 0] = 0.0
     previous = np.zeros((num, width + 1), dtype=np.int64)
@@ -172,7 +186,8 @@ def _divided(
             through[:, 0] = -np.inf
         previous[:, end] = through.argmax(axis=1)
         best[:, end] = through.max(axis=1)
-    return best[:, width], [_walked(row, width) for row in previous.tolist()]
+    of_number = price_of_bounds(0, width - 1)
+    return best[:, width] - of_number, [_walked(row, width) for row in previous.tolist()]
 
 
 def _walked(previous: list[int], end: int) -> tuple[int, ...]:

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.judge.cuts import BinnedColumns, Cut, best_cuts
+from grammarlab.preference.judge.cuts import BinnedColumns, Cut, best_cuts, price_of_bounds
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.screening import gains
 
@@ -25,10 +25,10 @@ _NUM_EXACT = 48
 slower."""
 MAX_DEPTH = 12
 """Largest depth of a tree."""
-_PATIENCE = 12.0
+PATIENCE = 12.0
 """Largest loss in nats of a division that is tried although its parts, as leaves, explain less than the node: a few
 liked designs are apart only after several divisions."""
-_PATIENT_DEPTH = 2
+PATIENT_DEPTH = 2
 """Depth from which on each division has to gain."""
 
 
@@ -96,7 +96,7 @@ class TreeGrowth:
         candidates = self._candidates(labels, used) if root is None else np.array([root])
         values, cuts = self._values(candidates, labels, used)
         best = int(np.argmax(values)) if len(values) else -1
-        patience = _PATIENCE if depth < _PATIENT_DEPTH else 0.0
+        patience = PATIENCE if depth < PATIENT_DEPTH else 0.0
         if best < 0 or values[best] < leaf.total - patience:
             return leaf
         cut, seen, parts = cuts[best], used | {cuts[best].column}, list[ScoreTree]()
@@ -129,5 +129,5 @@ class TreeGrowth:
 
     def _bounds_price(self, cut: Cut, labels: Ints) -> float:
         """Price of the bounds of a division, as `best_cuts` has it."""
-        places = max(len(np.unique(self.columns.codes[cut.column, labels])) - 1, 1)
-        return len(cut.first) * float(np.log(places) + np.log(2.0))
+        num_places = len(np.unique(self.columns.codes[cut.column, labels])) - 1
+        return price_of_bounds(len(cut.first), num_places)

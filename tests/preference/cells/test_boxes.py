@@ -10,7 +10,7 @@ from grammarlab.preference import blended
 from grammarlab.preference.cells import box_search
 from grammarlab.preference.cells.box_search import find_boxes
 from grammarlab.preference.cells.partition import fit
-from grammarlab.preference.cells.splits import Above
+from grammarlab.preference.cells.splits import Split, Value
 from grammarlab.preference.queries import Situation, propose
 
 CONTINUOUS = np.ones(12, dtype=bool)
@@ -90,12 +90,12 @@ def test_a_box_is_a_tree_with_its_bounds():
         if inside.any():
             assert np.array_equal(cells[number[inside][0]], np.flatnonzero(inside))
         bounds = {
-            Above(column, bound)
+            Split(Value(column), (bound,))
             for end in (box.low, box.high)
             for column, bound in enumerate(end.tolist())
             if np.isfinite(bound)
         }
-        assert tree.bounds() <= bounds
+        assert {node.split for node in tree.nodes() if node.split} <= bounds
 
 
 @pytest.mark.parametrize("deviation", [0.0, 10.0])

@@ -4,16 +4,13 @@ import numpy as np
 import pytest
 
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
-from grammarlab.preference.cells.splits import Splits
 from grammarlab.preference.person import log_likelihood
 
-ROWS = np.array([[0.0, 1.0], [0.0, 2.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0], [1.0, 2.0]])
 SCORES = np.array([0.0, 0.0, 62.0, 60.0, 3.0, 57.0])
 
 
 def cells_of(noise=5.0, levels=None):
-    splits = Splits.of(ROWS, np.array([0, 1]), np.zeros(2, dtype=bool), SCORES)
-    return ScoreCells(splits, SCORES, grid_of(SCORES), noise, 0.05, levels)
+    return ScoreCells(SCORES, grid_of(SCORES), noise, 0.05, levels)
 
 
 def prior_of(cells):
@@ -43,52 +40,15 @@ def test_a_prior_is_a_distribution():
     assert prior_of(cells_of()).sum() == pytest.approx(1.0)
 
 
-def test_each_way_to_divide_has_the_evidence_of_its_parts():
-    cells, every = cells_of(), np.arange(len(SCORES))
-    ranked = cells.ranked(every)
-    assert ranked is not None
-    seen = set()
-    for way, number in zip(ranked.member.tolist(), ranked.group.tolist(), strict=True):
-        split = cells.splits.drawn(np.array([way]), np.random.default_rng(0))
-        parts = cells.splits.parts[split]
-        evidence = sum(cells.of_cell(every[parts == part]) for part in np.unique(parts))
-        assert ranked.log_posterior[number] - ranked.log_mass[number] == pytest.approx(evidence, abs=1e-3)
-        seen.add(number)
-    assert seen == set(range(len(ranked.log_mass)))
-
-
-def test_a_look_ahead_divides_each_part_once_more_where_this_gains():
-    randomness = np.random.default_rng(4)
-    style = randomness.integers(0, 3, 18)
-    rows = np.column_stack([np.eye(3)[style], randomness.integers(0, 2, (18, 3)).astype(float)])
-    scores = np.where(rows[:, 3] == (style == 1), 90.0, randomness.choice([0.0, 30.0], 18))
-    splits = Splits.of(rows, np.array([0, 0, 0, 1, 2, 3]), np.zeros(6, dtype=bool), scores)
-    cells, every = ScoreCells(splits, scores, grid_of(scores), 3.0, 0.03), np.arange(18)
-    ranked, alone = cells.ranked(every, ahead=True), cells.ranked(every)
-    assert ranked is not None
-    assert alone is not None
-
-    def left_or_divided(part):
-        found = [cells.of_cell(part)]
-        for side, price in zip(splits.halves[:, part], splits.log_mass, strict=True):
-            found.append(price + sum(cells.of_cell(half) for half in (part[side], part[~side]) if len(half)))
-        return max(found)
-
-    assert len(splits.many) == 1
-    for way, number in zip(ranked.member.tolist(), ranked.group.tolist(), strict=True):
-        part_of = splits.parts[splits.drawn(np.array([way]), randomness)]
-        after_two = sum(left_or_divided(every[part_of == part]) for part in np.unique(part_of))
-        expected = max(alone.log_posterior[number], ranked.log_mass[number] + after_two)
-        assert ranked.log_posterior[number] == pytest.approx(expected, abs=2e-3)
-    assert (ranked.log_posterior > alone.log_posterior + 1.0).any()
-
-
-def test_ways_to_divide_that_are_one_have_all_their_mass():
-    cells = cells_of()
-    ranked = cells.ranked(np.arange(len(SCORES)))
-    assert ranked is not None
-    assert np.exp(ranked.log_mass).sum() == pytest.approx(np.exp(cells.splits.log_prior).sum(), abs=1e-6)
-    assert np.exp(cells.splits.log_prior).sum() == pytest.approx(1.0)
+def test_evidence_of_many_parts_at_once_is_that_of_each():
+    cells = cells_of(levels=levels_of(cells_of(), [(1.0, [np.array([0, 1, 4]), np.array([2, 3, 5])])]))
+    parts = [np.array([0, 1]), np.array([2]), np.array([3, 4, 5]), np.arange(6)]
+    inside = np.array([np.isin(np.arange(6), part) for part in parts], dtype=np.float32)
+    each = [cells.of_cell(part) for part in parts]
+    assert cells.log_evidence(inside) == pytest.approx(each, abs=1e-4)
+    sums = np.array([cells.terms[part].sum(axis=0) for part in parts]).reshape(2, 2, -1)
+    assert cells.evidence(sums) == pytest.approx(np.reshape(each, (2, 2)), abs=1e-4)
+    assert cells.evidence(np.zeros((1, sums.shape[-1])))[0] == pytest.approx(0.0, abs=1e-4)
 
 
 def test_what_others_are_worth_makes_a_value_likely_and_a_cell_does_not_tell_itself():

@@ -1,74 +1,78 @@
-"""Ways to divide labels: rows that are equal are found, whatever their number."""
+"""What designs may be split by: readings, their parts, and a prior over them."""
 
 import numpy as np
 import pytest
 
-from grammarlab.preference.cells.splits import Above, Splits, best_intervals, different
+from grammarlab.preference.cells.split_columns import SplitColumns
+from grammarlab.preference.cells.splits import Names, Parity, Split, Value
 
 
-@pytest.mark.parametrize(("number", "width"), [(0, 3), (1, 1), (40, 3), (300, 5), (50, 400)])
-def test_equal_rows_are_those_of_a_comparison_entry_by_entry(number, width):
-    sides = np.random.default_rng(width).integers(0, 2, (number, width)).astype(bool)
-    sides = np.concatenate([sides, sides[::3], ~sides[::4]])
-    first, of = different(sides)
-    assert np.array_equal(sides[first][of], sides)
-    assert len(np.unique(sides, axis=0)) == len(first)
-    # The first of equal rows stands for them.
-    assert all((sides[:row] != sides[row]).any(axis=1).all() for row in first.tolist())
+def columns_of(rows, groups=None, continuous=None, scores=None, priors=None):
+    width = rows.shape[1]
+    numbers = np.arange(width) if groups is None else np.array(groups)
+    drawn = np.zeros(width, dtype=bool) if continuous is None else np.array(continuous)
+    given = np.arange(float(len(rows))) if scores is None else scores
+    return SplitColumns.of(rows, numbers, drawn, given, priors)
 
 
-def bounds_of(rows, scores, near=()):
-    """The bounds on each of two continuous columns, and the total prior mass."""
-    splits = Splits.of(rows, np.arange(2), np.ones(2, dtype=bool), scores, near)
-    found = [split for split in splits.splits if isinstance(split, Above)]
-    assert len(found) == len(splits.splits)
-    assert np.exp(splits.log_prior).sum() == pytest.approx(1.0)
-    return [{split.bound for split in found if split.column == column} for column in range(2)]
+def probability(columns, reading):
+    return float(np.exp(-columns.prices[columns.place(reading)]))
 
 
-def test_near_given_splits_a_column_of_many_values_is_divided_at_every_bound():
-    rows, scores = np.random.default_rng(0).uniform(0.0, 1.0, (100, 2)), np.zeros(100)
-    coarse = bounds_of(rows, scores)
-    few = np.array(sorted(coarse[0]))
-    finer = bounds_of(rows, scores, [Above(0, few[10])])
-    assert finer[1] == coarse[1]
-    values = np.sort(rows[:, 0])
-    every = (values[1:] + values[:-1]) / 2.0
-    assert finer[0] == coarse[0] | set(every[(every > few[9]) & (every < few[11])].tolist())
-    assert len(finer[0]) > len(coarse[0])
-    # Bounds of other labels count as well, and those outside do no harm.
-    shifted = [bounds_of(rows, scores, [Above(0, few[10] + shift)])[0] for shift in (-1e-9, 1e-9)]
-    assert finer[0] <= shifted[0] | shifted[1]
-    assert all(coarse[1] <= bounds_of(rows, scores, [Above(1, bound)])[1] for bound in (-1.0, 2.0))
-    assert bounds_of(rows[:20], scores[:20], [Above(0, 0.5)]) == bounds_of(rows[:20], scores[:20])
+def test_what_is_read_is_cut_into_intervals():
+    rows = np.array([[0.0, 1.0], [1.0, 1.0], [3.0, 0.0], [4.0, 7.0]])
+    assert Split(Value(0), (0.5, 3.0)).parts(rows).tolist() == [0, 1, 1, 2]
+    assert Split(Parity(0, 1.0, 1.0), (0.5,)).parts(rows).tolist() == [1, 0, 0, 1]
+    assert Parity(0, 0.0, 2.0).read(np.array([[0.0], [2.0], [4.0]])).tolist() == [0.0, 1.0, 0.0]
+    names = Names((1,), np.array([[1.0], [0.0]]))
+    assert Split(names, (0.5,)).parts(rows).tolist() == [0, 0, 1, -1]
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_the_interval_that_explains_most_is_that_of_all_intervals(seed):
+@pytest.mark.parametrize("seed", range(5))
+def test_probabilities_sum_to_one_whatever_says_the_same(seed):
     randomness = np.random.default_rng(seed)
-    values, scores = randomness.integers(0, 12, (30, 4)) / 4.0, randomness.uniform(0.0, 100.0, 30)
-    left = []
-    for column, (low, high) in zip(values.T, best_intervals(values, scores), strict=True):
-        ends = [-np.inf, *(np.unique(column)[1:] + np.unique(column)[:-1]) / 2.0, np.inf]
-        assert {low, high} <= set(ends)
-
-        def spread(low, high, column=column):
-            inside = (column > low) & (column < high)
-            return sum(scores[side].var() * side.sum() for side in (inside, ~inside) if side.any())
-
-        least = min(spread(low, high) for number, low in enumerate(ends) for high in ends[number + 1 :])
-        left.append(spread(low, high) - least)
-    assert np.abs(left) == pytest.approx(0.0, abs=1e-6)
+    choice = randomness.integers(4, size=40)
+    rows = np.column_stack(
+        [choice[:, None] == np.arange(4), randomness.integers(5, size=(40, 3)), randomness.random(40)]
+    )
+    rows = np.column_stack([rows, rows[:, 4], -rows[:, 5], np.ones(40)])
+    groups, continuous = [0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7], [False] * 7 + [True] + [False] * 3
+    columns = columns_of(rows, groups, continuous, randomness.random(40), randomness.random(11))
+    assert np.exp(-columns.prices).sum() == pytest.approx(1.0)
+    assert columns.values.shape == (40, len(columns.readings))
 
 
-def test_both_ends_of_the_best_interval_are_among_few_bounds():
-    rows = np.column_stack([np.arange(200.0), np.arange(200.0)])
-    first, second = bounds_of(rows, np.where((rows[:, 0] > 50.0) & (rows[:, 0] < 54.0), 100.0, 0.0))
-    assert {50.5, 53.5} <= first
-    assert first == second
-    assert len(first) <= 26
+def test_columns_that_order_designs_alike_share_their_probability():
+    rows = np.random.default_rng(0).random((30, 3))
+    alone = columns_of(rows, continuous=[True] * 3)
+    both = columns_of(np.column_stack([rows, 5.0 - rows[:, 0] ** 3]), continuous=[True] * 4)
+    assert len(both.readings) == 3
+    assert probability(alone, Value(0)) == pytest.approx(1.0 / 3.0)
+    assert probability(both, Value(0)) == probability(both, Value(3)) == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("num", [1, 2])
-def test_few_rows_have_intervals(num):
-    assert best_intervals(np.arange(float(num))[:, None], np.zeros(num)).shape == (1, 2)
+def test_a_group_has_one_share_and_its_names_half_of_it():
+    choice = np.array([0, 1, 2, 2, 1, 0, 1, 2] * 3)
+    rows = np.column_stack([np.eye(3)[choice], np.tile([0.0, 1.0, 1.0, 0.0], 6)])
+    columns = columns_of(rows, [0, 0, 0, 1], scores=np.array([30.0, 0.0, 90.0])[choice])
+    names = next(reading for reading in columns.readings if isinstance(reading, Names))
+    # In the order of mean scores: the second, the first, the third.
+    assert names.patterns.tolist() == np.eye(3)[[1, 0, 2]].tolist()
+    assert probability(columns, names) == pytest.approx(0.25)
+    assert [probability(columns, Value(column)) for column in range(4)] == pytest.approx([0.25 / 3.0] * 3 + [0.5])
+
+
+def test_counts_have_names_and_a_parity_and_draws_have_not():
+    rows = np.column_stack([np.arange(24) % 4, np.linspace(0.0, 1.0, 24)]).astype(np.float64)
+    columns = columns_of(rows, continuous=[False, True], scores=np.tile([0.0, 90.0, 10.0, 80.0], 6))
+    kinds = [type(reading) for reading in columns.readings]
+    assert sorted(kind.__name__ for kind in kinds) == ["Names", "Parity", "Value", "Value"]
+    assert probability(columns, Value(1)) == pytest.approx(0.15 / 1.15)
+    assert probability(columns, Value(0)) == pytest.approx(0.8 / 1.15)
+
+
+def test_without_labels_or_differences_there_is_nothing_to_split_by():
+    for rows in (np.zeros((0, 3)), np.ones((5, 3))):
+        columns = columns_of(rows)
+        assert columns.readings == ()
+        assert columns.place(Value(0)) is None
