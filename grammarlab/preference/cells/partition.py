@@ -201,8 +201,8 @@ class PartitionPreference(AbstractPreference):
         sketched = TreeGrowth(columns, labelled).sketches(others[::NUM_PER_CHAIN], table)
         growth = TreeGrowth(columns, Found(labelled, sketched).with_levels())
         if self.person.errs or self.boxes:
-            # The trees of all labels are candidates, pruned by these labels only.
-            trees = growth.sketches([*others, *self.trees[:_NUM_REPLANTED]], table)
+            # The structure of all labels is kept, pruned by these labels only, as a process keeps its kernel.
+            trees = growth.replanted([*others, *self.trees[:_NUM_REPLANTED]], table)
         else:
             # Without errors, held-out scores have influenced the splits of all labels, which would be a leak. Boxes are
             # so hard to find again with fewer chains that it would be worse to do without.

@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import logsumexp
 
 from grammarlab.arrays import Floats
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
@@ -35,7 +34,7 @@ class Found(NamedTuple):
     @property
     def log_evidence(self) -> float:
         """Evidence of all trees together, less the price of the errors, in nats."""
-        return float(logsumexp([tree.log_posterior for tree in self.trees])) - self.cells.person.price
+        return float(np.logaddexp.reduce([tree.log_posterior for tree in self.trees])) - self.cells.person.price
 
     def with_levels(self) -> ScoreCells:
         """The labels, and the values that cells seem to have."""
@@ -96,6 +95,6 @@ def _most_likely(found: Found) -> Person:
     def posterior(person: Person) -> float:
         evidence = cells.for_person(person).log_evidence(inside)
         of_trees = [prior + evidence[index].sum() for prior, index in zip(of_splits, members, strict=True)]
-        return float(logsumexp(of_trees)) - person.price
+        return float(np.logaddexp.reduce(of_trees)) - person.price
 
     return max(PERSONS, key=posterior)

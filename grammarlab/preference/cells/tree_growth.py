@@ -10,7 +10,7 @@ bottom-up.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -138,11 +138,15 @@ class TreeGrowth:
         """A few of these trees, found quickly."""
         return _different(self._beginnings(_NUM_SKETCHED, others, rows))
 
+    def replanted(self, others: Sequence[Tree], rows: Floats) -> list[Tree]:
+        """The splits of trees of any labels with these labels, pruned by their evidence; the most likely tree first."""
+        return _different([self._replanted(tree, rows, self.every, 0) for tree in others])
+
     def _beginnings(self, num_roots: int, others: Sequence[Tree], rows: Floats) -> list[Tree]:
         """The best tree, those of other first divisions, and others with these labels."""
         roots = self._screened(self.every)[:num_roots].tolist()
         trees = [self._grown(self.every, 0), *(self._rooted(root) for root in roots)]
-        return trees + [self._replanted(tree, rows, self.every, 0) for tree in others]
+        return trees + self.replanted(others, rows)
 
     def drawn(self, doubt: float, randomness: np.random.Generator) -> Tree:
         """A tree of all labels that explains these about as well as the best one.
@@ -179,11 +183,15 @@ class TreeGrowth:
 
     def _branch(self, labels: Ints, depth: int, ranked: _Ranked, index: int, leaf: Tree) -> Tree:
         """The node divided by one of the ranked cuts, its parts grown; the leaf if it is more likely."""
+        branch = self._cut_by(labels, depth, ranked, index, lambda part: self._grown(part, depth + 1))
+        return branch if branch.log_posterior > leaf.log_posterior else leaf
+
+    def _cut_by(self, labels: Ints, depth: int, ranked: _Ranked, index: int, grown: Callable[[Ints], Tree]) -> Tree:
+        """The node divided by one of the ranked cuts, with a tree of the labels of each part."""
         split, prior = self._split(labels, ranked, index)
         part_of = np.searchsorted(np.array(split.bounds), self.columns.values[labels, ranked.columns[index]])
-        parts = tuple((part, self._grown(labels[part_of == part], depth + 1)) for part in range(len(split.bounds) + 1))
-        total = _log_dividing(depth) + prior + sum(part.log_posterior for _, part in parts)
-        return Tree(labels, total, split, parts) if total > leaf.log_posterior else leaf
+        parts = tuple((part, grown(labels[part_of == part])) for part in range(len(split.bounds) + 1))
+        return _node(labels, depth, split, prior, parts)
 
     def _improved(self, tree: Tree, depth: int) -> Tree:
         """A tree after its first nodes, from the top, were grown again from their best cuts if these are better."""
@@ -205,15 +213,11 @@ class TreeGrowth:
         if ranked is None:
             return leaf
         index = int(np.argmax(ranked.log_posterior / doubt + randomness.gumbel(size=len(ranked.columns))))
-        split, prior = self._split(labels, ranked, index)
-        part_of = np.searchsorted(np.array(split.bounds), self.columns.values[labels, ranked.columns[index]])
-        parts = tuple(
-            (part, self._drawn(labels[part_of == part], depth + 1, doubt, randomness))
-            for part in range(len(split.bounds) + 1)
+        branch = self._cut_by(
+            labels, depth, ranked, index, lambda part: self._drawn(part, depth + 1, doubt, randomness)
         )
-        total = _log_dividing(depth) + prior + sum(part.log_posterior for _, part in parts)
-        odds = np.exp(np.clip((leaf.log_posterior - total) / doubt, -50.0, 50.0))
-        return Tree(labels, total, split, parts) if randomness.random() * (1.0 + odds) < 1.0 else leaf
+        odds = np.exp(np.clip((leaf.log_posterior - branch.log_posterior) / doubt, -50.0, 50.0))
+        return branch if randomness.random() * (1.0 + odds) < 1.0 else leaf
 
     def _replanted(self, tree: Tree, rows: Floats, labels: Ints, depth: int) -> Tree:
         leaf = self._leaf(labels, depth)
@@ -231,8 +235,8 @@ class TreeGrowth:
         )
         num_values = len(np.unique(self.columns.values[labels, column]))
         prior = -float(self.columns.prices[column] + price_of_bounds(len(parts) - 1, num_values - 1))
-        total = _log_dividing(depth) + prior + sum(part.log_posterior for _, part in parts)
-        return Tree(labels, total, tree.split, parts) if total > leaf.log_posterior else leaf
+        branch = _node(labels, depth, tree.split, prior, parts)
+        return branch if branch.log_posterior > leaf.log_posterior else leaf
 
     def _leaf(self, labels: Ints, depth: int) -> Tree:
         """A node of labels as one cell."""
@@ -338,6 +342,12 @@ def _moved(bounds: Ints, code_of: Ints, below: Floats, cells: ScoreCells) -> Int
         best = places[evidence > evidence.max() - _EQUAL]
         moved[index] = int(best[len(best) // 2])
     return np.array(moved[1:-1])
+
+
+def _node(labels: Ints, depth: int, split: Split, prior: float, parts: tuple[tuple[int, Tree], ...]) -> Tree:
+    """A divided node; the prior is the log of that of its split, given that there is one."""
+    total = _log_dividing(depth) + prior + sum(part.log_posterior for _, part in parts)
+    return Tree(labels, total, split, parts)
 
 
 def _log_dividing(depth: int) -> float:
