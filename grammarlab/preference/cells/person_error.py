@@ -19,8 +19,6 @@ from grammarlab.preference.person import PERSONS, START_PERSONS, Intervals, Pers
 
 _MAX_PERSONS = 3
 """Largest number of times that errors are improved and trees grown again."""
-_NUM_JUDGING = 6
-"""Number of the most likely trees that a person is judged by."""
 
 
 class Found(NamedTuple):
@@ -79,8 +77,8 @@ def find_error(
 
 
 def _most_likely(found: Found) -> Person:
-    """The person with the highest posterior for the most likely trees together."""
-    cells, trees = found.cells, found.trees[:_NUM_JUDGING]
+    """The person with the highest posterior for all trees together."""
+    cells, trees = found
     divisions = [list(tree.cells()) for tree in trees]
     # Trees share cells, whose evidence is found once.
     different = {cell.tobytes(): cell for parts in divisions for cell in parts}

@@ -26,8 +26,8 @@ _MAX_NAMES = 12
 """Largest number of patterns of a group that are names."""
 _NAMES_OF_GROUP = 0.5
 """Share of the names of a group in its prior."""
-_NAMES_OF_COUNT, _PARITY_OF_COUNT = 0.1, 0.1
-"""Shares of the names and of the parity of a count in its prior."""
+_BESIDE_VALUE = 0.1
+"""Share of the names, and of the parity, of a count in its prior."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,9 +98,9 @@ def _of_group(rows: Floats, columns: Ints, continuous: Flags, scores: Floats) ->
         if continuous[column] or not 2 < len(values) <= _MAX_NUMBERS:
             yield Value(column), share
             continue
-        yield Value(column), (1.0 - _NAMES_OF_COUNT - _PARITY_OF_COUNT) * share
-        yield _names(rows, np.array([column]), scores), _NAMES_OF_COUNT * share
-        yield Parity(column, float(values[0]), float(np.diff(values).min())), _PARITY_OF_COUNT * share
+        yield Value(column), (1.0 - 2.0 * _BESIDE_VALUE) * share
+        yield _names(rows, np.array([column]), scores), _BESIDE_VALUE * share
+        yield Parity(column, float(values[0]), float(np.diff(values).min())), _BESIDE_VALUE * share
 
 
 def _names(rows: Floats, columns: Ints, scores: Floats) -> Names:

@@ -20,10 +20,8 @@ from grammarlab.preference.judge.tree_search import best_tree, search
 from grammarlab.preference.judge.votes import Vote, votes
 from grammarlab.preference.judge.weighted_sums import WeightedSum, weighted_sums
 from grammarlab.preference.lines.line_preference import best_line
-from grammarlab.preference.person import START_BLUNDERS, Person
+from grammarlab.preference.person import START_PERSONS, Person
 
-_START_NOISES = (20.0, 8.0, 0.5)
-"""Standard deviations of the errors that searches start with, in points."""
 _NUM_COMPOSED = 120
 """Number of composed columns that are compared exactly. More are only slower."""
 _MIN_LEAF = 8
@@ -72,7 +70,7 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     """
     width = known.shape[1]
     labels = Labels.of(known, np.full(width, _USE_PRICE + np.log(max(width, 1))), scores)
-    base = best_tree(labels, [Person(noise, START_BLUNDERS) for noise in _START_NOISES])
+    base = best_tree(labels, START_PERSONS)
     best_known = _better(base.explanation, _best_line(labels))
     shortlist = _shortlist(composed, prices, base.tree, scores)
     joined, sums = votes(flags, scores), list(weighted_sums(measures, scores))
@@ -113,7 +111,7 @@ def gain(columns: Floats, priors: Floats, scores: Floats, nothing: float) -> flo
     if not len(varying):
         return -np.inf
     labels = Labels.of(columns[:, varying], np.log(priors.sum()) - np.log(priors[varying]), scores)
-    best, *_ = search(labels, [Person(noise, START_BLUNDERS) for noise in _START_NOISES])
+    best, *_ = search(labels, START_PERSONS)
     if best.tree.cut is None:
         return -np.inf
     of_scores = labels.unexplained.log_evidence(labels.unexplained.members.sum(axis=0)[None])[0]

@@ -53,7 +53,10 @@ def test_the_best_division_of_a_column_is_that_of_brute_force(seed):
         for bounds in combinations(range(1, len(present)), number):
             part = np.searchsorted(present[list(bounds)], column[chosen], side="right")
             total = sum(evidence.of_labels(chosen[part == index]) for index in range(number + 1))
-            best = max(best, total - number * (np.log(len(present) - 1) + np.log(2.0)))
+            places = len(present) - 1
+            # The number of bounds is geometric, and there are at most as many as places.
+            price = number * np.log(2.0 * places) + np.log(sum(0.5**count for count in range(1, places + 1)))
+            best = max(best, total - price)
     assert found.log_evidence[0] == pytest.approx(best)
     parts = found.cuts[0].parts(labels.binned, chosen)
     assert sorted(np.concatenate(parts).tolist()) == chosen.tolist()
@@ -68,7 +71,8 @@ def described(tree: ScoreTree, labels: Labels, growth: TreeGrowth, used: list[in
     again = np.log(2.0) + np.log(len(set(used))) if column in used else np.inf
     first = labels.prices[column] + (np.log(2.0) if used else 0.0)
     places = len(np.unique(labels.binned.codes[column, tree.labels])) - 1
-    total = -np.log(2.0) - min(again, first) - len(tree.cut.first) * np.log(2.0 * places)
+    of_number = np.log(sum(0.5**count for count in range(1, places + 1)))
+    total = -np.log(2.0) - min(again, first) - len(tree.cut.first) * np.log(2.0 * places) - of_number
     used = [*used, column]
     for part in tree.parts:
         total += described(part, labels, growth, used)
