@@ -20,6 +20,9 @@ from grammarlab.preference.person import PERSONS, START_PERSONS, Intervals, Pers
 _MAX_PERSONS = 3
 """Largest number of times that errors are improved and trees grown again."""
 
+_HOPELESS = 12.0
+"""Loss in nats by less noise with which even less is not tried."""
+
 
 class Found(NamedTuple):
     """Trees with the errors that they were grown for."""
@@ -59,20 +62,25 @@ def find_error(
     """
     first = ScoreCells(scores, grid_of(scores), *START_PERSONS[0], intervals=intervals)
 
-    def growth(person: Person) -> TreeGrowth:
-        return TreeGrowth(columns, first.for_person(person))
+    def sketched(person: Person) -> Found:
+        growth = TreeGrowth(columns, first.for_person(person))
+        return Found(growth.cells, growth.sketches(candidates, rows))
 
-    growths = [growth(person) for person in START_PERSONS]
-    sketched = [Found(each.cells, each.sketches(candidates, rows)) for each in growths]
-    best = max(sketched, key=lambda item: item.log_evidence)
+    best = sketched(START_PERSONS[0])
+    for person in START_PERSONS[1:]:
+        found = sketched(person)
+        # Trees found under less noise would only be larger.
+        if found.log_evidence < best.log_evidence - _HOPELESS:
+            break
+        best = max(best, found, key=lambda item: item.log_evidence)
     tried = set[Person]()
     for _ in range(_MAX_PERSONS):
         likely = _most_likely(best)
         if likely in tried:
             break
         tried.add(likely)
-        grown = growth(likely)
-        best = max(best, Found(grown.cells, grown.trees(candidates, rows)), key=lambda item: item.log_evidence)
+        growth = TreeGrowth(columns, first.for_person(likely))
+        best = max(best, Found(growth.cells, growth.trees(candidates, rows)), key=lambda item: item.log_evidence)
     return best.with_levels()
 
 

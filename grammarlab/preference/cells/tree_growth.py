@@ -23,7 +23,7 @@ from grammarlab.preference.cells.node_bins import node_bins
 from grammarlab.preference.cells.split_columns import SplitColumns
 from grammarlab.preference.cells.splits import Split, Value
 from grammarlab.preference.judge.cuts import BinnedColumns, best_cuts, price_of_bounds
-from grammarlab.preference.judge.score_tree import MAX_DEPTH, PATIENCE, PATIENT_DEPTH
+from grammarlab.preference.judge.score_tree import MAX_DEPTH
 from grammarlab.preference.judge.screening import gains
 
 _NUM_BINS = 12
@@ -36,6 +36,11 @@ _NUM_ROOTS = 12
 """Number of columns whose best cuts are first divisions, those that a screening ranks first."""
 _NUM_SKETCHED = 3
 """The same of a few trees."""
+_PATIENCE = 12.0
+"""Largest loss in nats of divisions below each other, until one gains: a few liked designs are apart only after several
+divisions."""
+_IMPROVED_DEPTH = 2
+"""Number of levels of nodes that are grown again."""
 _NUM_ALTERNATIVES = 6
 """Number of cuts of a node that it is grown again from. More are only slower."""
 _EQUAL = 1e-4
@@ -120,8 +125,8 @@ class TreeGrowth:
         return {}
 
     @cached_property
-    def _grown_cache(self) -> dict[tuple[bytes, int], Tree]:
-        """Cache of branches by labels and depth."""
+    def _grown_cache(self) -> dict[tuple[bytes, int, int], Tree]:
+        """Cache of branches by labels, depth and patience."""
         return {}
 
     def trees(self, others: Sequence[Tree], rows: Floats) -> list[Tree]:
@@ -145,7 +150,7 @@ class TreeGrowth:
     def _beginnings(self, num_roots: int, others: Sequence[Tree], rows: Floats) -> list[Tree]:
         """The best tree, those of other first divisions, and others with these labels."""
         roots = self._screened(self.every)[:num_roots].tolist()
-        trees = [self._grown(self.every, 0), *(self._rooted(root) for root in roots)]
+        trees = [self._grown(self.every, 0, _PATIENCE), *(self._rooted(root) for root in roots)]
         return trees + self.replanted(others, rows)
 
     def drawn(self, doubt: float, randomness: np.random.Generator) -> Tree:
@@ -158,32 +163,37 @@ class TreeGrowth:
         """
         return self._drawn(self.every, 0, doubt, randomness)
 
-    def _grown(self, labels: Ints, depth: int) -> Tree:
-        key = labels.tobytes(), depth
+    def _grown(self, labels: Ints, depth: int, patience: float) -> Tree:
+        key = labels.tobytes(), depth, int(patience)
         if key not in self._grown_cache:
-            self._grown_cache[key] = self._divided(labels, depth)
+            self._grown_cache[key] = self._divided(labels, depth, patience)
         return self._grown_cache[key]
 
-    def _divided(self, labels: Ints, depth: int) -> Tree:
+    def _divided(self, labels: Ints, depth: int, patience: float) -> Tree:
         leaf, ranked = self._leaf(labels, depth), self._worth_dividing(labels, depth)
         if ranked is None:
             return leaf
         best = int(np.argmax(ranked.log_posterior))
-        # With its parts as leaves.
-        num_parts = len(ranked.first[best]) + 1
-        alone = ranked.log_posterior[best] + _log_dividing(depth) + num_parts * _log_leaf(depth + 1)
-        patience = PATIENCE if depth < PATIENT_DEPTH else 0.0
-        return leaf if alone < leaf.log_posterior - patience else self._branch(labels, depth, ranked, best, leaf)
+        left = patience - self._loss(depth, ranked, best, leaf)
+        return leaf if left < 0.0 else self._branch(labels, depth, ranked, best, leaf, min(left, patience))
+
+    def _loss(self, depth: int, ranked: _Ranked, index: int, leaf: Tree) -> float:
+        """What a node loses by a cut whose parts are not divided, in nats."""
+        parts = (len(ranked.first[index]) + 1) * _log_leaf(depth + 1)
+        return float(leaf.log_posterior - ranked.log_posterior[index] - _log_dividing(depth) - parts)
 
     def _rooted(self, column: int) -> Tree:
         """The tree of all labels with a given column of the first division."""
         leaf = self._leaf(self.every, 0)
         ranked = self._cut(np.array([column]), self.every)
-        return self._branch(self.every, 0, ranked, 0, leaf) if np.isfinite(ranked.log_posterior[0]) else leaf
+        if not np.isfinite(ranked.log_posterior[0]):
+            return leaf
+        left = _PATIENCE - max(self._loss(0, ranked, 0, leaf), 0.0)
+        return self._branch(self.every, 0, ranked, 0, leaf, max(left, 0.0))
 
-    def _branch(self, labels: Ints, depth: int, ranked: _Ranked, index: int, leaf: Tree) -> Tree:
+    def _branch(self, labels: Ints, depth: int, ranked: _Ranked, index: int, leaf: Tree, patience: float) -> Tree:
         """The node divided by one of the ranked cuts, its parts grown; the leaf if it is more likely."""
-        branch = self._cut_by(labels, depth, ranked, index, lambda part: self._grown(part, depth + 1))
+        branch = self._cut_by(labels, depth, ranked, index, lambda part: self._grown(part, depth + 1, patience))
         return branch if branch.log_posterior > leaf.log_posterior else leaf
 
     def _cut_by(self, labels: Ints, depth: int, ranked: _Ranked, index: int, grown: Callable[[Ints], Tree]) -> Tree:
@@ -195,12 +205,12 @@ class TreeGrowth:
 
     def _improved(self, tree: Tree, depth: int) -> Tree:
         """A tree after its first nodes, from the top, were grown again from their best cuts if these are better."""
-        ranked = self._worth_dividing(tree.labels, depth) if depth < PATIENT_DEPTH else None
+        ranked = self._worth_dividing(tree.labels, depth) if depth < _IMPROVED_DEPTH else None
         if ranked is None:
             return tree
         leaf, order = self._leaf(tree.labels, depth), np.argsort(-ranked.log_posterior, kind="stable")
         cuts = [index for index in order[:_NUM_ALTERNATIVES].tolist() if np.isfinite(ranked.log_posterior[index])]
-        others = (self._branch(tree.labels, depth, ranked, index, leaf) for index in cuts)
+        others = (self._branch(tree.labels, depth, ranked, index, leaf, _PATIENCE) for index in cuts)
         best = max((tree, *others), key=lambda tree: tree.log_posterior)
         parts = tuple((part, self._improved(branch, depth + 1)) for part, branch in best.parts)
         gained = sum(

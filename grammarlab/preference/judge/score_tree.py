@@ -25,10 +25,10 @@ _NUM_EXACT = 48
 slower."""
 MAX_DEPTH = 12
 """Largest depth of a tree."""
-PATIENCE = 12.0
+_PATIENCE = 12.0
 """Largest loss in nats of a division that is tried although its parts, as leaves, explain less than the node: a few
 liked designs are apart only after several divisions."""
-PATIENT_DEPTH = 2
+_PATIENT_DEPTH = 2
 """Depth from which on each division has to gain."""
 
 
@@ -96,7 +96,7 @@ class TreeGrowth:
         candidates = self._candidates(labels, used) if root is None else np.array([root])
         values, cuts = self._values(candidates, labels, used)
         best = int(np.argmax(values)) if len(values) else -1
-        patience = PATIENCE if depth < PATIENT_DEPTH else 0.0
+        patience = _PATIENCE if depth < _PATIENT_DEPTH else 0.0
         if best < 0 or values[best] < leaf.total - patience:
             return leaf
         cut, seen, parts = cuts[best], used | {cuts[best].column}, list[ScoreTree]()
