@@ -21,6 +21,8 @@ _TOLERANCE = 1e-12
 """Tolerance of the entries -1, 0 and 1 of rotations by right angles."""
 _MANY = 64
 """Frames of a column for each frame of the table above which gathering them is several times faster."""
+_MOST_LISTED = 1 << 16
+"""Largest number of frames whose directions are listed, a budget: 1.5 MB for each axis."""
 
 
 def _cube_rotations() -> Floats:
@@ -61,6 +63,8 @@ class FrameTable:
         self._used = 1
         self._has_mirrored = False
         self._axes: dict[tuple[int, int], Floats] = {}
+        self._listed = [np.empty((0, 3))] * 3
+        self._num_asked = 0
 
     def add(self, rotations: Floats) -> Ids:
         """Frames [N] of new base rotations [N, 3, 3]."""
@@ -168,10 +172,25 @@ class FrameTable:
         """[N, 3] the direction of one scope axis in the world."""
         if len(frames) == 1:
             return self._single_axis(int(frames[0]), axis)
+        if self._pays_to_list(len(frames)):
+            return self._list(axis).take(frames, axis=0)
         if self._repeat(frames):
             different, rank = ranked(frames, 24 * self._used)
             return self._directions(different.astype(np.int32), axis).take(rank, axis=0)
         return self._directions(frames, axis)
+
+    def _pays_to_list(self, count: int) -> bool:
+        """Whether directions have been computed for more frames than the table has, these included."""
+        self._num_asked += count
+        return 24 * self._used <= min(self._num_asked, _MOST_LISTED)
+
+    def _list(self, axis: int) -> Floats:
+        """[24 bases, 3] direction of one scope axis of all frames; those of new bases are added."""
+        listed = self._listed[axis]
+        if len(listed) < 24 * self._used:
+            added = self._directions(np.arange(len(listed), 24 * self._used, dtype=np.int32), axis)
+            self._listed[axis] = listed = np.concatenate([listed, added])
+        return listed
 
     def _directions(self, frames: Ids, axis: int) -> Floats:
         """[N, 3] the same, computed for each frame."""

@@ -9,7 +9,7 @@ out; no part reaches beyond the length.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias, cast
 
@@ -87,8 +87,15 @@ class SplitRow(NamedTuple):
         ]
 
 
-def divide(length: Floats, elements: Sequence[Element]) -> list[SplitPieces]:
+def divide(
+    length: Floats, elements: Sequence[Element], check: Callable[[int], None] = lambda _count: None
+) -> list[SplitPieces]:
     """Pieces of lengths [N], one `SplitPieces` for each size in the order of the text.
+
+    Args:
+        length: [N] metres.
+        elements: sizes and repeated groups.
+        check: called with the number of pieces, empty ones included, before they take memory; it may raise.
 
     >>> front, tiles = divide(np.array([7.0]), [SplitSize(1.0), SplitRepeat((SplitSize(2.9, floating=True),))])
     >>> front.extent.tolist(), tiles.start.tolist(), tiles.extent.tolist()
@@ -96,8 +103,10 @@ def divide(length: Floats, elements: Sequence[Element]) -> list[SplitPieces]:
     """
     row = in_a_row(length, elements)
     if row is not None:
+        check(row.start.size)
         return row.pieces()
     times = _repeats(length, elements)
+    check(_count_pieces(len(length), elements, times))
     scale = _stretch(length, elements, times)
     reach = _reach(length)
     turns = iter(times)
@@ -156,11 +165,10 @@ def _constant_sums(sizes: tuple[SplitSize, ...]) -> tuple[Floats, Floats | None]
     return metres, weights / weights[-1] if weights[-1] > 0.0 else None
 
 
-def count_pieces(length: Floats, elements: Sequence[Element]) -> int:
-    """Number of pieces that `divide` makes before empty ones are removed."""
-    outside = sum(isinstance(element, SplitSize) for element in elements) * len(length)
+def _count_pieces(num: int, elements: Sequence[Element], times: Sequence[Ints]) -> int:
+    """Number of pieces of ``num`` lengths before empty ones are removed."""
+    outside = sum(isinstance(element, SplitSize) for element in elements) * num
     groups = [element for element in elements if isinstance(element, SplitRepeat)]
-    times = _repeats(length, elements)
     return outside + sum(int(count.sum()) * len(group.sizes) for group, count in zip(groups, times, strict=True))
 
 
@@ -195,6 +203,8 @@ def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
 def _share(total: Floats, groups: int) -> list[Ints]:
     """A whole number of repeats shared evenly among groups; the first ones get the remainder."""
     whole = np.ceil(total - TOLERANCE).astype(np.int64)
+    if groups == 1:
+        return [whole]
     return [whole // groups + (whole % groups > group) for group in range(groups)]
 
 

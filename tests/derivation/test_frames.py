@@ -41,6 +41,17 @@ def test_turning_a_frame_multiplies_its_rotation(seed, first, second):
         assert np.array_equal(table.axis(frame, axis)[0], table.rotations(frame)[0, :, axis])
 
 
+def test_listed_directions_are_those_of_the_rotations():
+    rng = np.random.default_rng(0)
+    table = FrameTable()
+    for num_bases in (3, 2, 2_800):  # the last ones are too many to list
+        end = int(table.add(Rotation.random(num_bases, rng=rng).as_matrix())[-1]) + 24
+        frames = rng.integers(0, end, 500).astype(np.int32)
+        rotations = table.rotations(frames)
+        for axis in range(3):
+            assert np.array_equal(table.axis(frames, axis), rotations[:, :, axis])
+
+
 @given(st.integers(0, 1000), cubes)
 def test_vectors_go_to_the_world_and_back(seed, cube):
     rng = np.random.default_rng(seed)

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from grammarlab.derivation.split_sizes import SplitRepeat, SplitSize, count_pieces, divide
+from grammarlab.derivation.operations.split import along_shapes
+from grammarlab.derivation.split_sizes import SplitRepeat, SplitSize, divide
 
 
 def about(value: float) -> SplitSize:
@@ -88,10 +89,19 @@ patterns = st.lists(
 
 
 @given(st.lists(st.floats(0.2, 60.0), min_size=1, max_size=4), patterns)
+def test_pieces_are_ordered_along_their_lengths(lengths, elements):
+    pieces = divide(np.array(lengths), elements)
+    row = np.concatenate([piece.row for piece in pieces])
+    start = np.concatenate([piece.start for piece in pieces])
+    assert np.array_equal(along_shapes(pieces, row), np.lexsort((start, row)))
+
+
+@given(st.lists(st.floats(0.2, 60.0), min_size=1, max_size=4), patterns)
 def test_pieces_lie_within_their_length_without_overlap(lengths, elements):
     length = np.array(lengths)
-    pieces = divide(length, elements)
-    assert sum(len(piece.row) for piece in pieces) <= count_pieces(length, elements)
+    counts: list[int] = []
+    pieces = divide(length, elements, counts.append)
+    assert sum(len(piece.row) for piece in pieces) <= counts[0]
     for row, whole in enumerate(lengths):
         spans = sorted((s, e) for p in pieces for r, s, e in zip(p.row, p.start, p.extent, strict=True) if r == row)
         ends = [start + extent for start, extent in spans]

@@ -7,8 +7,8 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head
 from grammarlab.derivation.functions.shape_measures import local_meshes
-from grammarlab.derivation.operations.split import AXES, cut_in_slabs, elements_of, whole_turned
-from grammarlab.derivation.split_sizes import SplitPieces, count_pieces, divide
+from grammarlab.derivation.operations.split import AXES, cut_in_slabs, elements_of, pieces_of, whole_turned
+from grammarlab.derivation.split_sizes import SplitPieces
 from grammarlab.derivation.state.face_tags import with_changed_tags
 from grammarlab.geometry.meshes.measure import areas
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
@@ -32,9 +32,9 @@ def split_area(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     meshes = local_meshes(call.shapes, call.workspace)
     total = areas(meshes)
     elements = elements_of(call, heads, total)
-    call.workspace.expanded(count_pieces(total, elements), call.shapes.num, call.location)
+    of_area = pieces_of(call, total, elements)
     profile = _Profile(meshes, axis, call.shapes.size[:, axis])
-    pieces = [_along_axis(piece, profile) for piece in divide(total, elements)]
+    pieces = [_along_axis(piece, profile) for piece in of_area]
     untagged = with_changed_tags(call.shapes, call.workspace, lambda names: ())
     return cut_in_slabs(call._replace(shapes=untagged), axis, pieces)
 

@@ -15,8 +15,8 @@ from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCal
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.functions.street_sides import EdgeMoves
 from grammarlab.derivation.operations.outlines import EDGES, Rows, edge_groups, edge_values, parts_of, strips_of
-from grammarlab.derivation.operations.split import elements_of
-from grammarlab.derivation.split_sizes import SplitPieces, count_pieces, divide
+from grammarlab.derivation.operations.split import elements_of, pieces_of
+from grammarlab.derivation.split_sizes import SplitPieces
 from grammarlab.derivation.state.array_table import is_table
 from grammarlab.derivation.state.shapes import take_value
 from grammarlab.geometry.meshes.measure import areas, face_areas
@@ -112,8 +112,7 @@ def split_and_setback_perimeter(call: BoundCall, heads: tuple[Head, ...]) -> lis
     mesh = meshes.mesh_of_face()
     of_faces = [head._replace(argument=_of_rows(head.argument, mesh)) for head in sections]
     elements = elements_of(call.rows(mesh), of_faces, perimeter.length)
-    call.workspace.expanded(count_pieces(perimeter.length, elements), call.shapes.num, call.location)
-    pieces = divide(perimeter.length, elements)
+    pieces = pieces_of(call, perimeter.length, elements)
     depths = [call.column(head.depth) if head.depth is not None else np.zeros(call.shapes.num) for head in sections]
     cut, groups, distances, origin = perimeter.cut(pieces, depths)
     from grammarlab.geometry.outlines import setback as strips  # noqa: PLC0415
