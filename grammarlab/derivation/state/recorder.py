@@ -27,8 +27,18 @@ _ZERO = np.zeros(1, dtype=np.int32)
 class Recorder:
     """Chunks of columns, joined once at the end."""
 
-    def __init__(self, id_type: np.dtype[np.int16 | np.int32], lineage: Lineage | None = None) -> None:
+    def __init__(
+        self, id_type: np.dtype[np.int16 | np.int32], lineage: Lineage | None = None, has_leaves: bool = True
+    ) -> None:
+        """No records yet.
+
+        Args:
+            id_type: type of the columns of symbols, rules and children.
+            lineage: keys of shapes that a second derivation finds again.
+            has_leaves: whether the leaves of the models are recorded.
+        """
         self._id_type = id_type
+        self._has_leaves = has_leaves
         self.lineage = lineage
         self._roots = np.zeros(0, dtype=np.int32)
         self.num_nodes = 0
@@ -87,17 +97,19 @@ class Recorder:
 
     def add_leaves(self, shapes: Shapes) -> None:
         """Record the geometry of finished shapes."""
-        self._leaves.append(shapes)
+        if self._has_leaves:
+            self._leaves.append(shapes)
 
     def leaves_apart(self, derive: Callable[[], None]) -> list[Shapes]:
         """Shapes that a part of a derivation finishes; they are not leaves of the models."""
         outside, self._leaves = self._leaves, []
         fruitful, self._fruitful = self._fruitful, None
+        has_leaves, self._has_leaves = self._has_leaves, True
         try:
             derive()
             return self._leaves
         finally:
-            self._leaves, self._fruitful = outside, fruitful
+            self._leaves, self._fruitful, self._has_leaves = outside, fruitful, has_leaves
 
     def finished(self) -> Iterator[Shapes]:
         """The finished shapes."""

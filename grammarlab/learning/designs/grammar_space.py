@@ -132,7 +132,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Forest]:
         program = self.proposal.program if flat else self.program
         if self.acceptance is None:
-            for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder):
+            for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder, leaves=False):
                 yield without_geometry(forest)
             return
         for start in range(first, first + num, _BATCH_MODELS):
