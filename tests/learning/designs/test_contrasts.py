@@ -29,8 +29,8 @@ def test_a_choice_is_always_or_never_taken_and_all_other_draws_stay(choice):
     assert (taken[0], taken[1] > 50) == (0.0, True)
     places = [count(forest, [Pattern("Part", branch=choice.branch[:-1])]).sum() for forest in forests]
     assert places[0] == places[1] == taken[1]
-    heights = [forest.draws.value[forest.draws.site == forest.sites.index(site(forest))] for forest in forests]
-    np.testing.assert_array_equal(*heights)
+    without, with_it = (forest.draws.value[forest.draws.site == forest.sites.index(site(forest))] for forest in forests)
+    np.testing.assert_array_equal(without, with_it)
 
 
 def site(forest):
@@ -79,9 +79,8 @@ def test_features_are_about_one_choice_or_not(feature, choice):
 )
 def test_what_is_not_chosen_by_constant_percentages_has_no_contrast(choice):
     expected = None if choice != Pattern("Part", branch=(1,)) else contrasted(GRAMMAR, Pattern("Part", branch=(0,)))
-    if expected is None:
-        assert contrasted(GRAMMAR, choice) is None
-    else:
-        always, never = contrasted(GRAMMAR, choice), expected
-        for one, other in zip(always, reversed(never), strict=True):
+    found = contrasted(GRAMMAR, choice)
+    assert (found is None) == (expected is None)
+    if found is not None and expected is not None:
+        for one, other in zip(found, reversed(expected), strict=True):
             np.testing.assert_array_equal(derive(one, 20, 1).nodes.symbol, derive(other, 20, 1).nodes.symbol)
