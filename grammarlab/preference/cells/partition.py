@@ -200,12 +200,12 @@ class PartitionPreference(AbstractPreference):
         labelled = ScoreCells(scores, self.cells.grid, *self.person, intervals=intervals)
         sketched = TreeGrowth(columns, labelled).sketches(others[::NUM_PER_CHAIN], table)
         growth = TreeGrowth(columns, Found(labelled, sketched).with_levels())
+        # Without errors, held-out scores have influenced the splits of all labels, which would be a leak. Boxes are so
+        # hard to find again with fewer chains that it would be worse to do without.
         if self.person.errs or self.boxes:
             # The structure of all labels is kept, pruned by these labels only, as a process keeps its kernel.
             trees = growth.replanted([*others, *self.trees[:_NUM_REPLANTED]], table)
         else:
-            # Without errors, held-out scores have influenced the splits of all labels, which would be a leak. Boxes are
-            # so hard to find again with fewer chains that it would be worse to do without.
             trees = growth.trees(others, table)
         return replace(self, cells=growth.cells, trees=tuple(trees), doubtful=(), boxes=(), designs=None)
 
