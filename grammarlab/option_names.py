@@ -32,6 +32,8 @@ _ARGUMENTS = frozenset(
     ]
 )
 """Arguments that are options of the same name."""
+_RENAMED = {"start_rule": "start"}
+"""Arguments that are options of another name."""
 
 
 def with_options(message: str) -> str:
@@ -45,7 +47,7 @@ def with_options(message: str) -> str:
 
 def _option(match: re.Match[str]) -> str:
     name, value = match[1], match[2].strip("'")
-    if name not in _ARGUMENTS:
+    if name not in _ARGUMENTS and name not in _RENAMED:
         return match[0]
-    option = f"--{name.replace('_', '-')}"
+    option = f"--{_RENAMED.get(name, name).replace('_', '-')}"
     return option if value in {"", "True"} else f"{option} {value}"

@@ -193,6 +193,15 @@ class Forest:
         model = self.nodes.model[self.draws.node]
         return np.bincount(model, weights=self.draws.log_density, minlength=self.num_models).astype(np.float64)
 
+    def is_in_statistics(self) -> NDArray[np.bool_]:
+        """[R] rows of `reports` that sums, means and extremes are made of: texts beside numbers of a key are left out.
+
+        As in CityEngine, a key of a model that gets both numbers and texts keeps the numbers, and counts all.
+        """
+        model, is_number = self.nodes.model[self.reports.node].astype(np.int64), ~np.isnan(self.reports.value)
+        group = model * max(len(self.reports.keys), 1) + self.reports.key
+        return is_number | ~np.isin(group, group[is_number])
+
     def shapes_per_model(self) -> NDArray[np.int64]:
         """[num_models] nodes of each model."""
         return np.bincount(self.nodes.model, minlength=self.num_models)

@@ -55,7 +55,8 @@ def report(forest: Forest, key: str, statistic: Statistic = "sum") -> Floats:
         forest: the models.
         key: key of the operation ``report(key, value)``.
         statistic: ``sum`` (0 for a model without the key) or ``count`` (also 0) of the values of a model; or their
-            ``mean``, ``min`` or ``max`` (NaN for a model without the key). Truth values count 0 and 1, texts NaN.
+            ``mean``, ``min`` or ``max`` (NaN for a model without the key). Truth values count 0 and 1, texts NaN; a key
+            of a model that has numbers as well has the statistics of the numbers.
 
     Raises:
         UsageError: If no model reports the key; it names the nearest. Also if the statistic is unknown.
@@ -74,7 +75,8 @@ def report(forest: Forest, key: str, statistic: Statistic = "sum") -> Floats:
         if not reports.keys:
             raise UsageError(f"no model reports anything, so nothing is called {key!r:.80}.")
         raise UsageError(f"no model reports {_unknown(key, reports.keys)}")
-    rows = np.flatnonzero(reports.key == reports.keys.index(key))
+    is_taken = reports.key == reports.keys.index(key)
+    rows = np.flatnonzero(is_taken if statistic == "count" else is_taken & forest.is_in_statistics())
     model, values = forest.nodes.model[reports.node[rows]], reports.value[rows]
     num = np.bincount(model, minlength=forest.num_models).astype(np.float64)
     if statistic == "count":

@@ -113,8 +113,9 @@ def locate(statement: Import, folder: Path, roots: tuple[Path, ...], users: tupl
 
     A path is searched in the folder of the importing file, then in the folders above it up to its root; it may begin
     with ``rules``, relative to a project. In CityEngine, a path with a leading slash starts from a workspace of
-    projects: it is searched from each root, then with its leading folders removed one by one. Outside the first root
-    only files that end in ``.cga`` are read.
+    projects: it is searched from each root. A path that is nowhere is searched with its leading folders removed one by
+    one, since many public rule files have lost the folders of their project. Outside the first root only files that end
+    in ``.cga`` are read.
 
     Args:
         statement: the import statement.
@@ -131,16 +132,11 @@ def locate(statement: Import, folder: Path, roots: tuple[Path, ...], users: tupl
         candidate for candidate in (folder, *folder.parents) if any(candidate.is_relative_to(root) for root in roots)
     ][:_MOST_ABOVE]
     above = within[:1] if ".." in parts else within
-    if written.is_absolute():
-        starts, deepest = [*roots, *above], len(parts)
-    else:
-        starts, deepest = above or [folder], 2 if parts and parts[0].lower() == RULES else 1
-    paths = [
-        _inside(statement, start, parts[first:], roots)
-        for first in range(max(1, min(deepest, _MOST_ABOVE)))
-        for start in starts
-    ]
-    path = next(filter(_is_file, paths), paths[0])
+    starts = [*roots, *above] if written.is_absolute() else above or [folder]
+    deepest = 1 if ".." in parts else min(len(parts), _MOST_ABOVE)
+    paths = [_inside(statement, start, parts[first:], roots) for first in range(max(1, deepest)) for start in starts]
+    found = list(filter(_is_file, paths))
+    path = next((path for path in found if path not in users), found[0] if found else paths[0])
     if path in users:
         message = f"'{statement.path}' imports the file that imports it"
         raise ImportProblemError(message, "move shared definitions to a third file")

@@ -71,10 +71,10 @@ def joined_labels(parts: list[ShapeLabels | None]) -> ShapeLabels | None:
 
 def _report_sums(forest: Forest) -> dict[str, Floats]:
     reports = forest.reports
-    model = forest.nodes.model[reports.node]
+    model, is_in_statistics = forest.nodes.model[reports.node], forest.is_in_statistics()
     sums = {}
     for index, key in enumerate(reports.keys):
-        rows = np.flatnonzero(reports.key == index)
+        rows = np.flatnonzero((reports.key == index) & is_in_statistics)
         counts = np.bincount(model[rows], minlength=forest.num_models)
         totals = np.bincount(model[rows], reports.value[rows], forest.num_models)
         sums[key] = np.where(counts > 0, totals, np.nan)

@@ -9,6 +9,7 @@ import pytest
 import grammarlab as gl
 from grammarlab.derivation.model_values import Statistic
 from grammarlab.derivation.selection import join_forests, select_models
+from grammarlab.runs.sample.grammar_models import summarize_reports
 
 GRAMMAR = gl.Grammar.parse("""
 attr height = rand(3, 9)
@@ -86,6 +87,14 @@ def test_statistics_of_reports_are_those_of_plain_python():
         np.testing.assert_allclose(gl.report(FOREST, "area", statistic), expected, rtol=1e-15)
     assert np.isnan(gl.report(FOREST, "style", "max")).all()
     assert set(gl.report(FOREST, "flat", "max")[gl.report(FOREST, "flat", "count") > 0]) == {0.0, 1.0}
+
+
+def test_a_key_with_numbers_and_texts_keeps_the_numbers():
+    forest = gl.derive(gl.Grammar.parse('Lot --> report("k", 10) report("k", "word") report("k", 4) A'), 2, seed=0)
+    expected: dict[Statistic, float] = {"sum": 14.0, "count": 3.0, "mean": 7.0, "min": 4.0, "max": 10.0}
+    for statistic, value in expected.items():
+        assert gl.report(forest, "k", statistic).tolist() == [value, value]
+    assert summarize_reports(forest) == [{"k": expected}] * 2
 
 
 @pytest.mark.parametrize(

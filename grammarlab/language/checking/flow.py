@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from grammarlab.language.checking.symbols import Remarks
+from grammarlab.language.reachability import Key, key_of, reached_rules
 from grammarlab.language.syntax import builtins
 from grammarlab.language.syntax.syntax_tree import (
     Attribute,
@@ -13,7 +14,6 @@ from grammarlab.language.syntax.syntax_tree import (
     Case,
     Choice,
     Function,
-    Import,
     Invoke,
     Name,
     Node,
@@ -23,11 +23,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Sequence,
     Stochastic,
     children,
-    walk,
 )
-
-Key = tuple[str, int]
-"""Name of a rule and number of its parameters."""
 
 
 def check_reachable(tree: RuleFile, roots: tuple[Rule, ...], remarks: Remarks) -> None:
@@ -38,23 +34,10 @@ def check_reachable(tree: RuleFile, roots: tuple[Rule, ...], remarks: Remarks) -
         roots: the start rules of derivations.
         remarks: collects the findings.
     """
-    successors: dict[Key, set[Key]] = {}
-    for rule in _rules(tree):
-        callees = {(item.name, len(item.arguments)) for item in walk(rule) if isinstance(item, Invoke)}
-        successors.setdefault(_key(rule), set()).update(callees)
-    reached: set[Key] = set()
-    imports = [definition for definition in tree.definitions if isinstance(definition, Import)]
-    redefined = [node for definition in imports for rule in definition.rules for node in walk(rule)]
-    stack = [_key(rule) for rule in roots]
-    stack += [(node.name, len(node.arguments)) for node in redefined if isinstance(node, Invoke)]
-    while stack:
-        key = stack.pop()
-        if key not in reached:
-            reached.add(key)
-            stack += successors.get(key, set()) & successors.keys()
+    reached = reached_rules(tree, roots)
     for rule in _rules(tree):
         redefines_import = "." in rule.name.rstrip(".")
-        if _key(rule) not in reached and not redefines_import and rule.keyword != "extension":
+        if key_of(rule) not in reached and not redefines_import and rule.keyword != "extension":
             message = f"nothing leads from a start rule to the rule {rule.name}"
             remarks.warning("unreachable-rule", rule.location, message, "mark a rule to begin with by @StartRule")
 
@@ -75,11 +58,11 @@ def check_endless(tree: RuleFile, remarks: Remarks) -> None:
     rules = list(_rules(tree))
     bodies: dict[Key, list[Choice]] = {}
     for rule in rules:
-        bodies.setdefault(_key(rule), []).append(rule.body)
+        bodies.setdefault(key_of(rule), []).append(rule.body)
     ending: set[Key] = set()
     _grow(ending, {key: [_rule_requirements(body) for body in choices] for key, choices in bodies.items()})
     for rule in rules:
-        if _key(rule) not in ending and rule.name not in builtins.operations():
+        if key_of(rule) not in ending and rule.name not in builtins.operations():
             message = f"the rule {rule.name} never ends: all its branches call it, or another such rule"
             hint = "add a case or a random branch that ends, or a symbol without a rule"
             remarks.error("endless-rule", rule.location, message, hint)
@@ -194,10 +177,6 @@ def _unconditional(node: Node) -> Iterator[Node]:
 
 def _rules(tree: RuleFile) -> Iterator[Rule]:
     return (node for node in tree.definitions if isinstance(node, Rule))
-
-
-def _key(rule: Rule) -> Key:
-    return rule.name, len(rule.parameters)
 
 
 def _value_key(node: Attribute | Function) -> Key:

@@ -208,8 +208,9 @@ def _sums(forest: Forest) -> list[dict[str, float]]:
     reports = forest.reports
     sums = np.zeros((forest.num_models, len(reports.keys)))
     has_key = np.zeros(sums.shape, np.bool_)
-    place = forest.nodes.model[reports.node], reports.key
-    np.add.at(sums, place, reports.value)
+    rows = np.flatnonzero(forest.is_in_statistics())
+    place = forest.nodes.model[reports.node[rows]], reports.key[rows]
+    np.add.at(sums, place, reports.value[rows])
     has_key[place] = True
     has_key &= np.isfinite(sums)
     return [

@@ -17,6 +17,7 @@ from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.language.attribute_values import AttributeValue, read_attributes
 from grammarlab.language.grammar import Grammar, read_text
+from grammarlab.language.reachability import likely_start, marks_start
 from grammarlab.runs.sample.checks import check_rules, grammar_to_run, unsupported_features
 from grammarlab.runs.sample.domains import AbstractDomain, CheckedText
 from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene, lots_of, property_remarks
@@ -79,7 +80,7 @@ class GrammarModels(AbstractModels):
             log_probability=forest.log_probability().tolist(),
             prints=forest.prints,
             missing_assets=forest.missing_assets,
-            warnings=forest.warnings,
+            warnings=(*forest.warnings, *_of_start(request, forest, self.source.grammar)),
             tries=accepted.tries.tolist(),
             accepted=accepted.is_accepted.tolist(),
             save=save,
@@ -151,27 +152,39 @@ class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
         return GrammarWriter(space)
 
 
+def _of_start(request: SampleRequest, forest: Forest, grammar: Grammar) -> tuple[Finding, ...]:
+    """A warning if the models are empty and nobody chose the rule that they begin with."""
+    start = grammar.start_rule
+    if len(forest.leaves) or request.start_rule or start is None or marks_start(grammar.tree):
+        return ()
+    likely = likely_start(grammar.tree)
+    advice = f"; `start_rule={likely}` may be meant" if likely not in ("", start.name) else ""
+    message = f"no model has a shape: no rule is marked @StartRule, so they begin with {start.name}{advice}"
+    return (Finding("warning", "empty-models", message, start.location),)
+
+
 def summarize_reports(forest: Forest) -> list[dict[str, Summary]]:
     """Summaries of the values of each key of each model, keys in alphabetical order."""
     summaries: list[dict[str, Summary]] = [{} for _ in range(forest.num_models)]
     reports = forest.reports
-    model = forest.nodes.model[reports.node].astype(np.int64)
+    model, is_in_statistics = forest.nodes.model[reports.node].astype(np.int64), forest.is_in_statistics()
     order = np.lexsort((reports.key, model))
     groups, starts = np.unique((model * max(len(reports.keys), 1) + reports.key)[order], return_index=True)
-    for group, values in zip(groups.tolist(), np.split(reports.value[order], starts[1:]), strict=False):
+    for group, rows in zip(groups.tolist(), np.split(order, starts[1:]), strict=False):
         key = reports.keys[group % len(reports.keys)]
-        summaries[group // len(reports.keys)][key] = _summary(values)
+        numbers = reports.value[rows][is_in_statistics[rows]]
+        summaries[group // len(reports.keys)][key] = _summary(len(rows), numbers)
     return summaries
 
 
-def _summary(values: np.ndarray) -> Summary:
-    count, total = len(values), float(values.sum())
+def _summary(count: int, values: np.ndarray) -> Summary:
+    total = float(values.sum())
     if not np.isfinite(total):
         return {"count": count, "sum": None, "mean": None, "min": None, "max": None}
     return {
         "count": count,
         "sum": total,
-        "mean": total / count,
+        "mean": total / len(values),
         "min": float(values.min()),
         "max": float(values.max()),
     }

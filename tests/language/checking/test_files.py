@@ -79,6 +79,16 @@ def test_imports_that_cannot_be_followed_are_reported_at_their_place(tmp_path, t
     assert re.search(message, finding.message)
 
 
+def test_a_file_beside_stands_in_for_one_in_folders_that_are_lost_but_not_for_itself(tmp_path):
+    main = write(
+        tmp_path,
+        main='import a : "Project/Support/a.cga"\nimport b : "Project/main.cga"\nLot --> extrude(a.h) b.X',
+        a="attr h = 3",
+    )
+    first = check_files(main, "main.cga")[0]
+    assert [(finding.code, finding.location.line) for finding in first.findings] == [("bad-import", 2)]
+
+
 def test_a_file_that_is_not_there_is_an_error(tmp_path):
     with pytest.raises(LanguageError, match="cannot read the rule file"):
         check_files(tmp_path / "gone.cga", "gone.cga")

@@ -448,3 +448,23 @@ def test_one_file_of_chosen_models_has_their_numbers_attributes_and_reports(tmp_
 def gltf(path):
     content = path.read_bytes()
     return json.loads(content[20 : 20 + int.from_bytes(content[12:16], "little")])
+
+
+@pytest.mark.parametrize(
+    ("rules", "start", "message"),
+    [
+        (
+            "Help --> NIL  Plot --> s(3, 0, 3) Mass  Mass --> A",
+            "",
+            "they begin with Help; `start_rule=Plot` may be meant",
+        ),
+        ("Plot --> Mass  Mass --> NIL", "", "they begin with Plot$"),
+        ("Help --> NIL  Plot --> A", "Plot", None),
+        ("@StartRule Help --> NIL  Plot --> A B", "", None),
+    ],
+)
+def test_empty_models_that_nobody_chose_a_start_rule_for_name_the_likely_one(tmp_path, rules, start, message):
+    request = SampleRequest(name="a", text=rules, assets=tmp_path, num_models=1, image=False, start_rule=start)
+    found = [finding.message for finding in sample_run(request, tmp_path / "run").warnings]
+    assert len(found) == (message is not None)
+    assert message is None or re.search(message, found[0])
