@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from grammarlab.language.checking.symbols import Remarks
-from grammarlab.language.reachability import Key, key_of, reached_rules
+from grammarlab.language.reachability import Key, key_of, likely_start, marks_start, reached_rules
 from grammarlab.language.syntax import builtins
 from grammarlab.language.syntax.syntax_tree import (
     Attribute,
@@ -35,11 +35,14 @@ def check_reachable(tree: RuleFile, roots: tuple[Rule, ...], remarks: Remarks) -
         remarks: collects the findings.
     """
     reached = reached_rules(tree, roots)
+    likely = "" if marks_start(tree) else likely_start(tree)
+    example = f", such as {likely}" if likely and (likely, 0) not in reached else ""
     for rule in _rules(tree):
         redefines_import = "." in rule.name.rstrip(".")
         if key_of(rule) not in reached and not redefines_import and rule.keyword != "extension":
             message = f"nothing leads from a start rule to the rule {rule.name}"
-            remarks.warning("unreachable-rule", rule.location, message, "mark a rule to begin with by @StartRule")
+            hint = f"mark a rule to begin with by @StartRule{example}"
+            remarks.warning("unreachable-rule", rule.location, message, hint)
 
 
 def check_shadowed(tree: RuleFile, remarks: Remarks) -> None:

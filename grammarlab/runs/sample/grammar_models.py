@@ -80,7 +80,7 @@ class GrammarModels(AbstractModels):
             log_probability=forest.log_probability().tolist(),
             prints=forest.prints,
             missing_assets=forest.missing_assets,
-            warnings=(*forest.warnings, *_of_start(request, forest, self.source.grammar)),
+            warnings=(*forest.warnings, *_of_start(request, forest, self.source)),
             tries=accepted.tries.tolist(),
             accepted=accepted.is_accepted.tolist(),
             save=save,
@@ -152,15 +152,15 @@ class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
         return GrammarWriter(space)
 
 
-def _of_start(request: SampleRequest, forest: Forest, grammar: Grammar) -> tuple[Finding, ...]:
+def _of_start(request: SampleRequest, forest: Forest, source: AcceptedGrammar) -> tuple[Finding, ...]:
     """A warning if the models are empty and nobody chose the rule that they begin with."""
-    start = grammar.start_rule
-    if len(forest.leaves) or request.start_rule or start is None or marks_start(grammar.tree):
+    grammar, start = source.grammar, source.program.default_start
+    if len(forest.leaves) or request.start_rule or not start or marks_start(grammar.tree):
         return ()
     likely = likely_start(grammar.tree)
-    advice = f"; `start_rule={likely}` may be meant" if likely not in ("", start.name) else ""
-    message = f"no model has a shape: no rule is marked @StartRule, so they begin with {start.name}{advice}"
-    return (Finding("warning", "empty-models", message, start.location),)
+    advice = f"; `start_rule={likely}` may be meant" if likely not in ("", start) else ""
+    message = f"no model has a shape: no rule is marked @StartRule, so they begin with {start}{advice}"
+    return (Finding("warning", "empty-models", message, grammar.rules[start, 0].location),)
 
 
 def summarize_reports(forest: Forest) -> list[dict[str, Summary]]:

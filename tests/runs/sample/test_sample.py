@@ -459,6 +459,7 @@ def gltf(path):
             "they begin with Help; `start_rule=Plot` may be meant",
         ),
         ("Plot --> Mass  Mass --> NIL", "", "they begin with Plot$"),
+        ("Wall(x) --> A  Help --> NIL  Plot --> Wall(1) B", "", "they begin with Help; `start_rule=Plot` may be meant"),
         ("Help --> NIL  Plot --> A", "Plot", None),
         ("@StartRule Help --> NIL  Plot --> A B", "", None),
     ],
