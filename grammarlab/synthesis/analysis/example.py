@@ -163,8 +163,8 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
     return replace(example, notes=notes)
 
 
-def _walls(surface: Surface, patches: Ints, num_pixels: int = PIXELS) -> list[tuple[Wall, WallElements]]:
-    """The walls of all sides, from maps of this many pixels, and their elements.
+def _walls(surface: Surface, patches: Ints, num_pixels: int = PIXELS) -> tuple[list[tuple[Wall, WallElements]], int]:
+    """The walls of all sides, from maps of this many pixels, with their elements, and the number of openings.
 
     Openings are elements, and what is in relief around them; where no wall has openings, panes are if walls have hardly
     any relief, or if most elements in relief contain a pane near the plane of their wall.
@@ -176,15 +176,18 @@ def _walls(surface: Surface, patches: Ints, num_pixels: int = PIXELS) -> list[tu
         of_side = walls_of(surface, side, num_pixels)
         openings += openings_of(of_side, corners, patches)
         for wall in of_side:
-            walls.append((wall, elements_of(wall, corners)))
-            panes.append(panes_of(wall, corners, surface.triangles, walls[-1][1]))
-    if any(len(found.low) for found in openings):
-        return [(wall, relief.with_openings(found)) for (wall, relief), found in zip(walls, openings, strict=True)]
+            square, moved = wall.squared(corners)
+            walls.append((wall, elements_of(square, moved)))
+            panes.append(panes_of(square, moved, surface.triangles, walls[-1][1]))
+    num_openings = sum(len(found.low) for found in openings)
+    if num_openings:
+        pairs = zip(walls, openings, strict=True)
+        return [(wall, relief.with_openings(found)) for (wall, relief), found in pairs], num_openings
     num = sum(len(relief.low) for _, relief in walls)
     num_glazed = sum(int(relief.contains_any(flat).sum()) for (_, relief), flat in zip(walls, panes, strict=True))
     if sum(len(flat.low) for flat in panes) <= _MIN_PANE_RATIO * num and (not num or 2 * num_glazed < num):
-        return walls
-    return [(wall, relief.with_panes(flat)) for (wall, relief), flat in zip(walls, panes, strict=True)]
+        return walls, 0
+    return [(wall, relief.with_panes(flat)) for (wall, relief), flat in zip(walls, panes, strict=True)], 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +200,15 @@ class _UprightBuilding:
     bend: Bend | None
     num_elements: int
     """Number of elements on the walls of all sides, on coarse maps."""
+    num_openings: int
+    """Number of those that are openings."""
+    tilt: float
+    """Rotation that makes the wall with most elements exactly square to its view, radians."""
+
+    @property
+    def rank(self) -> tuple[int, int]:
+        """Order of rotations, the best one last: walls seen askew have few openings, but much relief."""
+        return self.num_openings, self.num_elements
 
 
 def _upright_building(mesh: ExampleMesh, stand: Floats) -> _UprightBuilding:
@@ -211,24 +223,30 @@ def _upright_building(mesh: ExampleMesh, stand: Floats) -> _UprightBuilding:
     best, tilts = _rotated(straight, mesh.patches, turn, bend)
     for _ in range(_MAX_ROTATIONS if bend is None else 0):
         others = [_rotated(straight, mesh.patches, rotation(tilt) @ best.turn, bend) for tilt in tilts]
-        other, tilts = max(others, key=lambda candidate: candidate[0].num_elements, default=(best, []))
-        if other.num_elements < best.num_elements or other is best:
+        other, tilts = max(others, key=lambda candidate: candidate[0].rank, default=(best, []))
+        if other.rank < best.rank or other is best:
             break
         best = other
-    return best
+    if bend is not None or best.tilt == 0.0:
+        return best
+    turn = rotation(best.tilt) @ best.turn
+    return replace(best, surface=straight.moved(straight.points @ turn.T), turn=turn, tilt=0.0)
 
 
 def _rotated(straight: Surface, patches: Ints, turn: Floats, bend: Bend | None) -> tuple[_UprightBuilding, list[float]]:
     """The rotated building, and further rotations, radians, that would make some of its walls square to a view."""
     surface = straight.moved(straight.points @ turn.T)
-    walls = _walls(surface, patches, _COARSE_PIXELS)
+    walls, num_openings = _walls(surface, patches, _COARSE_PIXELS)
     tilts = {round(wall.tilt(), _TILT_DIGITS) for wall, _ in walls}
     for side in range(len(SIDES)):
         corners = seen_from(side, surface.points)[surface.triangles]
         of_side = [wall for wall, _ in walls if wall.side == side]
         tilts |= {round(tilt_of(wall, corners, patches), _TILT_DIGITS) for wall in of_side}
     tilts = sorted(tilts - {0.0})
-    return _UprightBuilding(surface, turn, bend, sum(len(elements.low) for _, elements in walls)), tilts
+    num_elements = sum(len(elements.low) for _, elements in walls)
+    first = max(walls, key=lambda pair: len(pair[1].low), default=None)
+    tilt = 0.0 if first is None else first[0].tilt(0.0)
+    return _UprightBuilding(surface, turn, bend, num_elements, num_openings, tilt), tilts
 
 
 def _analysed(mesh: ExampleMesh, stood: _UprightBuilding) -> Example:
@@ -268,10 +286,11 @@ def _weight(region: Region) -> float:
 
 def _regions(surface: Surface, patches: Ints) -> list[Region]:
     regions = []
-    for wall, elements in _walls(surface, patches):
+    for wall, elements in _walls(surface, patches)[0]:
         if not len(elements.low):
             continue
-        low, high = bare_of(wall)
+        square, _ = wall.squared(np.zeros((0, 3, 3)))
+        low, high = bare_of(square)
         low, high = (
             np.minimum(low, elements.whole[:, 0].min(axis=0)),
             np.maximum(high, elements.whole[:, 1].max(axis=0)),
@@ -289,7 +308,7 @@ def _regions(surface: Surface, patches: Ints) -> list[Region]:
                 side=wall.side,
                 columns=columns,
                 rows=rows,
-                grid=label_grid(wall, elements, columns, rows),
+                grid=label_grid(square, elements, columns, rows),
                 plane=wall.depth,
                 back=back,
                 front=front,

@@ -10,7 +10,7 @@ from scipy import ndimage
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.facade.lattice import Lattice
 from grammarlab.synthesis.analysis.unit_names import NamedOpenings, names_of
-from grammarlab.synthesis.analysis.wall_elements import WallElements, off_plane
+from grammarlab.synthesis.analysis.wall_elements import MIN_SIDE_M, WallElements, off_plane
 from grammarlab.synthesis.analysis.walls import Wall
 from grammarlab.synthesis.label_grid import LabelGrid
 
@@ -143,8 +143,21 @@ def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
     differs = _beyond(a.depth[:, *slices_a], b.depth[:, *slices_b], slack) | _beyond(
         b.depth[:, *slices_b], a.depth[:, *slices_a], slack
     )
+    differs = _without_details(differs, a.step)
     area = max(float((a.off[slices_a] | b.off[slices_b]).sum()), _MIN_AREA_M2 / a.step**2)
     return float(differs.sum()) <= _MAX_AREA_SHARE * area
+
+
+def _without_details(differs: Flags, step: float) -> Flags:
+    """[h, w] pixels that differ, without parts that are narrower than an element: single bars, or frames.
+
+    Bars side by side, as of a railing, are one wide part.
+    """
+    pixels = int(np.ceil(MIN_SIDE_M / step))
+    narrow = np.ones((pixels, pixels), dtype=bool)
+    joined = ndimage.binary_closing(np.pad(differs, pixels), structure=narrow)
+    wide: Flags = ndimage.binary_opening(joined, structure=narrow).astype(np.bool_)
+    return wide[pixels:-pixels, pixels:-pixels] & differs
 
 
 def _beyond(depth: Floats, reference: Floats, slack: float) -> Flags:

@@ -42,6 +42,8 @@ _MIN_GROUND_SHARE = 0.5
 """Least share of the width of a wall that its ground floor covers."""
 MAX_TILT_M = 0.1
 """Largest change of depth of a wall from end to end, metres."""
+_MIN_TILT_M = 0.001
+"""Least change of depth of a wall from end to end that counts, metres."""
 _MAX_WALLS = 6
 """Largest number of walls of one side."""
 
@@ -89,15 +91,31 @@ class Wall:
     """[H, W] whether each pixel of the map belongs to it."""
     noise: float
     """Deviation of points in its plane from it, metres."""
+    slope: float = 0.0
+    """Change of its depth per metre to the right: 0 if it is square to the view."""
 
-    def tilt(self) -> float:
-        """Rotation about the vertical axis that makes it square to the view, radians; 0 if it has no effect."""
-        flat = self.mask & (np.abs(self.map.depth - self.depth) <= MAX_TILT_M)
-        x = np.nonzero(flat)[1] * self.map.step
-        depth = self.map.depth[flat]
-        x = x - x.mean()
-        slope = float((x * (depth - depth.mean())).sum() / max((x**2).sum(), 1e-12))
-        return -float(np.arctan(slope)) if abs(slope) * (self.high[0] - self.low[0]) > MAX_TILT_M else 0.0
+    def tilt(self, least: float = MAX_TILT_M) -> float:
+        """Rotation about the vertical axis that makes it square to the view, radians; 0 if it has no effect.
+
+        Args:
+            least: change of its depth from end to end up to which it is square, metres.
+        """
+        return -float(np.arctan(self.slope)) if abs(self.slope) * (self.high - self.low)[0] > least else 0.0
+
+    def squared(self, corners: Floats) -> tuple[Wall, Floats]:
+        """The wall with depths relative to its own plane instead of one square to the view, and corners of triangles.
+
+        Args:
+            corners: [T, 3, 3] of all triangles of the building, in the coordinates of the view.
+        """
+        if self.slope == 0.0:
+            return self, corners
+        middle = float((self.low + self.high)[0]) / 2.0
+        x = self.map.low[0] + (np.arange(self.map.depth.shape[1]) + 0.5) * self.map.step
+        map_ = replace(self.map, depth=self.map.depth - self.slope * (x - middle))
+        moved = corners.copy()
+        moved[..., 2] -= self.slope * (corners[..., 0] - middle)
+        return replace(self, map=map_, slope=0.0), moved
 
 
 def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
@@ -141,10 +159,20 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
             continue
         within = np.zeros_like(piece)
         within[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
-        noise = _SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(view.depth[piece_flat] - plane)))
+        slope, deviation = _slope(view, facing, piece_flat)
+        noise = _SD_PER_MEDIAN_DEVIATION * deviation
         mask = within & (_filled(piece, rows[0]) | (view.triangle < 0))
         walls.append(
-            Wall(side=side, depth=plane, low=low, high=high, map=_without_cracks(view, noise), mask=mask, noise=noise)
+            Wall(
+                side=side,
+                depth=plane,
+                low=low,
+                high=high,
+                map=_without_cracks(view, noise),
+                mask=mask,
+                noise=noise,
+                slope=slope,
+            )
         )
     return sorted(walls, key=lambda wall: -float((wall.high - wall.low).prod()))
 
@@ -227,6 +255,30 @@ def _plane(depth: Floats) -> float:
     low = float(depth.min())
     count = np.bincount(((depth - low) / _BIN_M).astype(np.int64), minlength=3)
     return low + (int(np.convolve(count, [1, 2, 1], mode="same").argmax()) + 0.5) * _BIN_M
+
+
+def _slope(view: DepthMap, normals: Floats, flat: Flags) -> tuple[float, float]:
+    """Slope of a wall per metre to the right, and median distance of its pixels from its plane, metres.
+
+    The slope is that of most triangles, that of all pixels, or none: whichever fits best.
+
+    Args:
+        view: the map.
+        normals: [T, 3] normals of the triangles, of any length.
+        flat: [H, W] pixels near the plane of the wall.
+    """
+    depth, x = view.depth[flat], np.nonzero(flat)[1] * view.step
+    x = x - x.mean()
+    across, _, towards = normals[view.triangle[flat]].T
+    fitted = float((x * (depth - depth.mean())).sum() / max((x**2).sum(), 1e-12))
+    slopes = [0.0]
+    for slope in (fitted, float(np.median(-across / towards))):
+        if abs(slope) * np.ptp(x) > _MIN_TILT_M:
+            slopes.append(slope)
+    residuals = [depth - slope * x for slope in slopes]
+    deviations = [float(np.median(np.abs(residual - np.median(residual)))) for residual in residuals]
+    best = int(np.argmin(deviations))
+    return slopes[best], deviations[best]
 
 
 def _filled(piece: Flags, lowest: int) -> Flags:

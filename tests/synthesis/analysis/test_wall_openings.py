@@ -148,3 +148,35 @@ def test_a_grille_has_no_windows_and_takes_bounded_time(tmp_path: Path, monkeypa
     assert found(drawing.analysed(tmp_path / "grille.obj")) == pytest.approx(
         np.array([[11.0, 4.0, 12.0, 6.0]]), abs=0.1
     )
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.007])
+def test_sizes_that_differ_by_centimetres_are_two_kinds_in_a_wall_that_is_not_quite_square(
+    turn: float, tmp_path: Path
+) -> None:
+    # The other walls, square, decide how the building stands; the front leaves them by 10 cm from end to end.
+    rows = [[(x, y, x + width, y + 1.4) for x in (1.0, 4.0, 7.0, 10.0)] for y, width in ((1.0, 1.0), (4.0, 1.06))]
+    drawing = Drawing()
+    drawing.wall((0.0, 0.0, WIDTH, HEIGHT), 0.0, [box for row in rows for box in row])
+    drawing.points = [(x, y, z + np.tan(turn) * (x - WIDTH / 2.0)) for x, y, z in drawing.points]
+    drawing.around()
+    labels = drawing.analysed(tmp_path / "house.obj").main.grid.labels
+    assert [len(set(row.tolist())) for row in labels] == [1, 1]
+    assert labels[0, 0] != labels[1, 0]
+
+
+def test_a_single_bar_makes_no_other_kind_and_a_railing_does(tmp_path: Path) -> None:
+    boxes = [(x, y, x + 1.2, y + 1.8) for y in (1.0, 4.0, 7.0) for x in (1.0, 4.0, 7.0, 10.0)]
+    drawing = Drawing()
+    drawing.wall((0.0, 0.0, WIDTH, HEIGHT), 0.0, boxes)
+    drawing.around()
+    for box in boxes:
+        drawing.rectangle(box, -0.2)
+    x, y, right, top = boxes[5]
+    drawing.rectangle((x + 0.55, y, x + 0.65, top), -0.1)
+    x, y, right, _ = boxes[6]
+    for bar in np.arange(x + 0.05, right - 0.05, 0.12).tolist():
+        drawing.rectangle((bar, y, bar + 0.05, y + 0.9), -0.1)
+    labels = drawing.analysed(tmp_path / "house.obj").main.grid.labels
+    window = labels[0, 0]
+    assert np.argwhere(labels != window).tolist() == [[1, 2]]

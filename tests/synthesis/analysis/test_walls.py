@@ -3,7 +3,7 @@ import pytest
 
 from grammarlab.synthesis.analysis.walls import walls_of
 from grammarlab.synthesis.mesh.surface import Surface
-from grammarlab.synthesis.mesh.views import FRONT
+from grammarlab.synthesis.mesh.views import FRONT, seen_from
 
 
 def rectangles(*sides: tuple[float, float, float]) -> Surface:
@@ -19,3 +19,25 @@ def test_a_ground_floor_belongs_to_the_wall_above_it_also_across_a_crack(gap: fl
     assert wall.depth == pytest.approx(0.0, abs=1e-6)
     assert wall.low == pytest.approx([0.0, lowest], abs=0.1)
     assert wall.high == pytest.approx([10.0, 12.0], abs=0.1)
+
+
+@pytest.mark.parametrize("rise", [-0.08, 0.003, 0.06])
+def test_the_tilt_of_a_wall_is_its_slope_and_no_noise(rise: float) -> None:
+    flat = rectangles((0.0, 12.0, 0.0), (3.0, 5.0, 0.2))
+    surface = flat.moved(flat.points + np.outer(flat.points[:, 0] * rise / 10.0, [0.0, 0.0, 1.0]))
+    wall = walls_of(surface, FRONT)[0]
+    assert wall.slope == pytest.approx(rise / 10.0, rel=1e-6)
+    assert wall.noise < 1e-6
+    square, corners = wall.squared(seen_from(FRONT, surface.points)[surface.triangles])
+    relief = square.map.depth[square.mask] - wall.depth
+    assert np.minimum(np.abs(relief), np.abs(relief - 0.2)).max() < 1e-3
+    assert np.ptp(corners[:2, :, 2]) < 1e-9
+    assert np.ptp(corners[2:, :, 2]) < 1e-9
+
+
+def test_a_square_wall_has_no_slope_and_is_compared_as_it_is() -> None:
+    surface = rectangles((0.0, 12.0, 0.0), (3.0, 5.0, 0.2))
+    wall = walls_of(surface, FRONT)[0]
+    corners = seen_from(FRONT, surface.points)[surface.triangles]
+    assert wall.slope == wall.tilt(0.0) == 0.0
+    assert wall.squared(corners)[0] is wall
