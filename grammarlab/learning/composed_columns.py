@@ -14,7 +14,7 @@ from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
-from grammarlab.preference.judge.cuts import ranks_of
+from grammarlab.preference.growth.ranks import ranks_of
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import Vote
 from grammarlab.preference.judge.weighted_sums import WeightedSum

@@ -32,7 +32,6 @@ from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.held_out_share import Fitted, held_out
-from grammarlab.preference.judge import judge
 from grammarlab.preference.judge.judged_labels import selected
 from grammarlab.preference.lines import line_preference
 from grammarlab.preference.lines.line_preference import LinePreference
@@ -284,7 +283,7 @@ def fit(
     # A line without columns explains nothing.
     line_belief = belief(line_gain, len(values)) if line.columns else 0.0
     if belief(of_trees, len(values)) < SURE:
-        by_judge = judge.gain(table[chosen], likely, values[chosen], beside.log_evidence)
+        by_judge = cells.gain(table[chosen], values[chosen], drawn, beside.log_evidence)
         # The priors of trees of both kinds have even odds.
         of_trees = float(np.logaddexp(cells_gain, by_judge) - np.log(2.0))
     cells_belief = belief(of_trees, len(values))

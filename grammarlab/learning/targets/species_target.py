@@ -39,7 +39,7 @@ from grammarlab.learning.targets.simplification import (
 from grammarlab.learning.targets.tree_conditions import rule_text
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.preference.blended import BlendedPreference
-from grammarlab.preference.cells.splits import Value
+from grammarlab.preference.growth.splits import Value
 from grammarlab.preference.regression_tree import Split, grow, leaves_of
 from grammarlab.preference.simplified import SimplifiedPreference
 from grammarlab.scene.instances import Scene

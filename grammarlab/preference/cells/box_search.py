@@ -19,8 +19,8 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
-from grammarlab.preference.cells.splits import Split, Value
-from grammarlab.preference.cells.tree_growth import Tree
+from grammarlab.preference.growth.splits import Split, Value
+from grammarlab.preference.growth.tree_growth import Tree
 from grammarlab.preference.person import MODEL_NOISE, NOISES, START_BLUNDERS, Intervals, Singles, log_likelihood
 
 MIN_COLUMNS = 8

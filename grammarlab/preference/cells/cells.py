@@ -99,9 +99,9 @@ class ScoreCells:
         """
         return self._evidence(members @ self._terms)
 
-    def of_cell(self, cell: Ints) -> float:
-        """Evidence of one cell."""
-        return float(self._evidence(self._terms[cell].sum(axis=0, keepdims=True))[0])
+    def of_labels(self, labels: Ints) -> float:
+        """Log-evidence of one cell."""
+        return float(self._evidence(self._terms[labels].sum(axis=0, keepdims=True))[0])
 
     def posterior(self, cell: Ints) -> Floats:
         """[G] probability of each value of a cell."""
@@ -110,16 +110,16 @@ class ScoreCells:
         odds = self._prior(sums)[0] * np.exp(log_likelihood - log_likelihood.max())
         return (odds / odds.sum()).astype(np.float64)
 
-    def best_possible(self, cell: Ints) -> float:
+    def best_possible(self, labels: Ints) -> float:
         """Upper bound on the evidence of divisions of a cell."""
-        return float(self.log_likelihood[cell].max(axis=1).sum())
+        return float(self.log_likelihood[labels].max(axis=1).sum())
 
     @cached_property
     def terms(self) -> Floats:
         """[n, W] terms of the labels, whose sums over a part give its evidence."""
         return self._terms.astype(np.float64)
 
-    def evidence(self, sums: Floats) -> Floats:
+    def of_sums(self, sums: Floats) -> Floats:
         """[...] log-evidence of parts from the sums [..., W] of their terms; an empty part has 0."""
         parts = sums.reshape(-1, sums.shape[-1]).astype(np.float32)
         return self._evidence(parts).reshape(sums.shape[:-1]).astype(np.float64)

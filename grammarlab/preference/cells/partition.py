@@ -2,7 +2,7 @@
 
 A person who likes some combinations of parts and dislikes all others has few values and many designs of each. Labels
 of one cell then measure one number, so that noise averages out and a single inconsistent score is a blunder. The error
-of the person is found by evidence (`grammarlab.preference.cells.person_error`).
+of the person is found by evidence (`grammarlab.preference.growth.person_search`).
 
 Where no label lies between two bounds, the alternative trees that choose questions have any bound in between.
 
@@ -31,13 +31,14 @@ from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.box_search import NUM_PER_CHAIN, find_boxes
-from grammarlab.preference.cells.cells import ScoreCells
-from grammarlab.preference.cells.person_error import Found, find_error
+from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
 from grammarlab.preference.cells.sum_shares import split_columns, sums_of, widened
-from grammarlab.preference.cells.tree_growth import Tree, TreeGrowth, loosened, posterior_shares
 from grammarlab.preference.factors import level_of
+from grammarlab.preference.growth.person_search import search
+from grammarlab.preference.growth.tree_growth import Others, Tree, TreeGrowth, loosened, posterior_shares
+from grammarlab.preference.judge.gain_of_trees import gain
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
-from grammarlab.preference.person import NOISES, Intervals, Person
+from grammarlab.preference.person import NOISES, START_PERSONS, Intervals, Person
 
 _MAX_ROWS_TO_FIT = 512
 """Largest number of labels that trees are grown from; of more, an even selection by score is used."""
@@ -182,6 +183,18 @@ class PartitionPreference(AbstractPreference):
             cell, cells = tree.cell_of(table)
             yield from [(cell, self._posteriors(cells))] * number
 
+    def gain(self, rows: Floats, scores: Floats, continuous: Flags, nothing: float) -> float:
+        """What the trees explain of some of the labels beyond any distribution, see `judge.gain_of_trees`, in nats.
+
+        Args:
+            rows: [n, F] rows of these labels.
+            scores: [n] scores of these labels, 0-100.
+            continuous: [F] whether columns are continuous instead of counts.
+            nothing: evidence that one distribution of values explains the scores, in nats.
+        """
+        columns = split_columns(rows, self.groups, continuous, self.shares_of, scores, self.priors)
+        return gain(columns, Others(self.trees, widened(rows, self.shares_of)), scores, self.person, nothing)
+
     def without(
         self, rows: Floats, scores: Floats, continuous: Flags, intervals: Intervals | None = None
     ) -> PartitionPreference:
@@ -196,18 +209,18 @@ class PartitionPreference(AbstractPreference):
         columns = split_columns(rows, self.groups, continuous, self.shares_of, scores, self.priors)
         table, randomness = widened(rows, self.shares_of), np.random.default_rng(0)
         boxes = find_boxes(table, scores, continuous, randomness, intervals, _NUM_CHAINS_WITHOUT, self.priors)
-        others = [box.tree(table) for box in boxes]
+        others = Others([box.tree(table) for box in boxes], table)
         labelled = ScoreCells(scores, self.cells.grid, *self.person, intervals=intervals)
-        sketched = TreeGrowth(columns, labelled).sketches(others[::NUM_PER_CHAIN], table)
-        growth = TreeGrowth(columns, Found(labelled, sketched).with_levels())
+        sketched = TreeGrowth(columns, labelled).sketches(_one_of_each_chain(others))
+        growth = TreeGrowth(columns, with_levels(labelled, sketched))
         # Without errors, held-out scores have influenced the splits of all labels, which would be a leak. Boxes are so
         # hard to find again with fewer chains that it would be worse to do without.
         if self.person.errs or self.boxes:
             # The structure of all labels is kept, pruned by these labels only, as a process keeps its kernel.
-            trees = growth.replanted([*others, *self.trees[:_NUM_REPLANTED]], table)
+            trees = growth.replanted(Others([*others.trees, *self.trees[:_NUM_REPLANTED]], table))
         else:
-            trees = growth.trees(others, table)
-        return replace(self, cells=growth.cells, trees=tuple(trees), doubtful=(), boxes=(), designs=None)
+            trees = growth.trees(others)
+        return replace(self, cells=growth.evidence, trees=tuple(trees), doubtful=(), boxes=(), designs=None)
 
     def joint(self, rows: Floats) -> tuple[Floats, Floats]:
         """Mean [m] and covariance [m, m] of the values of rows [m, F], with doubtful trees weighted like the others."""
@@ -339,11 +352,14 @@ def fit(
     wide = widened(table, sums)
     likely = None if priors is None else np.asarray(priors, dtype=np.float64)
     boxes = [box.tree(wide) for box in find_boxes(wide, values, drawn, randomness, intervals, priors=likely)]
+    others = Others(boxes, wide)
     with threadpool_limits(1, "blas"):
         columns = split_columns(table, numbers, drawn, sums, values, likely)
-        cells = find_error(columns, values, intervals, wide, boxes[::NUM_PER_CHAIN])
+        first = ScoreCells(values, grid_of(values), *START_PERSONS[0], intervals=intervals)
+        found = search(columns, first, START_PERSONS, _one_of_each_chain(others))
+        cells = with_levels(found.evidence, found.trees)
         growth = TreeGrowth(columns, cells)
-        trees = growth.trees(boxes, wide)
+        trees = growth.trees(others)
         drawn_trees = [growth.drawn(_DOUBT_TEMPERATURE, randomness) for _ in range(_NUM_DOUBTFUL)]
         doubtful = [loosened(tree, wide, randomness) for tree in drawn_trees]
     return PartitionPreference(
@@ -356,6 +372,18 @@ def fit(
         priors=likely,
         boxes=tuple(boxes),
     )
+
+
+def with_levels(cells: ScoreCells, trees: Sequence[Tree]) -> ScoreCells:
+    """The labels, and the values that the cells of some trees, the most likely one first, seem to have."""
+    divisions = [
+        (share, tuple(tree.cells())) for share, tree in zip(posterior_shares(trees).tolist(), trees, strict=True)
+    ]
+    return replace(cells, levels=levels_of(cells, divisions))
+
+
+def _one_of_each_chain(boxes: Others) -> Others:
+    return boxes._replace(trees=boxes.trees[::NUM_PER_CHAIN])
 
 
 def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.cells.split_columns import SplitColumns
+from grammarlab.preference.growth.split_columns import SplitColumns
 
 
 def sums_of(rows: Floats, groups: Ints, continuous: Flags) -> tuple[Ints, ...]:

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.judge.cuts import BinnedColumns
+from grammarlab.preference.growth.screening import coarse_bins, gains
+from grammarlab.preference.growth.tree_growth import Tree
+from grammarlab.preference.judge.best_tree import best_tree
 from grammarlab.preference.judge.labelled_columns import Explanation, Labels
-from grammarlab.preference.judge.score_tree import ScoreTree
-from grammarlab.preference.judge.screening import gains
-from grammarlab.preference.judge.tree_search import best_tree, search
 from grammarlab.preference.judge.votes import Vote, votes
 from grammarlab.preference.judge.weighted_sums import WeightedSum, weighted_sums
 from grammarlab.preference.lines.line_preference import best_line
@@ -93,31 +92,6 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     )
 
 
-def gain(columns: Floats, priors: Floats, scores: Floats, nothing: float) -> float:
-    """What the best tree of some columns explains beyond any distribution of scores, less its description, in nats.
-
-    Minus infinity if the best tree divides nothing. With even odds, scores that nothing explains have any distribution
-    (`grammarlab.preference.judge.unexplained_scores`), or values have one and the person errs. The first alone would
-    be a straw man for scores of which noise makes many 0.
-
-    Args:
-        columns: [n, F] columns.
-        priors: [F] how likely columns are to matter, relative to each other.
-        scores: [n] 0-100.
-        nothing: evidence that one distribution of values explains the scores, in nats
-            (`grammarlab.preference.unexplained`).
-    """
-    varying = np.flatnonzero(np.ptp(columns, axis=0) > 0.0)
-    if not len(varying):
-        return -np.inf
-    labels = Labels.of(columns[:, varying], np.log(priors.sum()) - np.log(priors[varying]), scores)
-    best, *_ = search(labels, START_PERSONS)
-    if best.tree.cut is None:
-        return -np.inf
-    of_scores = labels.unexplained.log_evidence(labels.unexplained.members.sum(axis=0)[None])[0]
-    return float(best.total - (np.logaddexp(of_scores, nothing) - np.log(2.0)))
-
-
 def _better(first: Explanation, second: Explanation) -> Explanation:
     """The better of two explanations, the first one if they are as good."""
     return second if second.total > first.total else first
@@ -129,11 +103,11 @@ def _best_line(labels: Labels) -> Explanation:
     return Explanation(line.total, frozenset(line.columns), line.person)
 
 
-def _shortlist(composed: Floats, prices: Floats, tree: ScoreTree, scores: Floats) -> Ints:
+def _shortlist(composed: Floats, prices: Floats, tree: Tree, scores: Floats) -> Ints:
     """The composed columns that may explain most: of all scores, or of a leaf of known columns."""
-    binned = BinnedColumns.of(composed)
-    worth = gains(binned, np.arange(len(scores)), scores)
-    for leaf in tree.leaves():
-        if len(leaf.labels) >= _MIN_LEAF:
-            worth = np.maximum(worth, gains(binned, leaf.labels, scores))
+    coarse = coarse_bins(composed)
+    worth = gains(coarse, np.arange(len(scores)), scores)
+    for cell in tree.cells():
+        if len(cell) >= _MIN_LEAF:
+            worth = np.maximum(worth, gains(coarse, cell, scores))
     return np.sort(np.argsort(prices - worth, kind="stable")[:_NUM_COMPOSED])

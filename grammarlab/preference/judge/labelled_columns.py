@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.judge.cuts import MAX_BINS, BinnedColumns
+from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
-from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
-from grammarlab.preference.person import Person
+from grammarlab.preference.person import START_PERSONS, Person
 
 
 class Explanation(NamedTuple):
@@ -28,21 +27,30 @@ class Explanation(NamedTuple):
 class Labels:
     """n scores and F columns."""
 
-    values: Floats
-    """[n, F] columns."""
-    binned: BinnedColumns
-    """The columns in bins."""
-    prices: Floats
-    """[F] description length of each column, in nats."""
-    scores: Floats
-    """[n] 0-100."""
-    unexplained: UnexplainedScores
-    """Evidence of the scores without columns."""
+    columns: SplitColumns
+    """The columns, each with its price."""
+    evidence: LeafEvidence
+    """Evidence of the scores, for any person."""
 
     @classmethod
-    def of(cls, values: Floats, prices: Floats, scores: Floats, num_bins: int = MAX_BINS) -> Labels:
-        """Scores [n] with columns [n, F] in at most so many bins."""
-        return cls(values, BinnedColumns.of(values, num_bins), prices, scores, UnexplainedScores.of(scores))
+    def of(cls, values: Floats, prices: Floats, scores: Floats) -> Labels:
+        """Scores [n] with columns [n, F] and their prices [F] in nats."""
+        return cls(SplitColumns.plain(values, prices), LeafEvidence.of(scores, START_PERSONS[0]))
+
+    @property
+    def values(self) -> Floats:
+        """[n, F] columns."""
+        return self.columns.values
+
+    @property
+    def prices(self) -> Floats:
+        """[F] description length of each column, in nats."""
+        return self.columns.prices
+
+    @property
+    def scores(self) -> Floats:
+        """[n] 0-100."""
+        return self.evidence.scores
 
     @cached_property
     def every(self) -> Ints:
@@ -51,13 +59,5 @@ class Labels:
 
     def joined(self, values: Floats, prices: Floats) -> Labels:
         """The same scores with further columns [n, C] after these."""
-        return replace(
-            self,
-            values=np.concatenate([self.values, values], axis=1),
-            binned=self.binned + BinnedColumns.of(values),
-            prices=np.append(self.prices, prices),
-        )
-
-    def evidence(self, person: Person) -> LeafEvidence:
-        """Evidence of leaves for a person."""
-        return LeafEvidence.of(self.scores, self.unexplained, person.noise, person.blunders)
+        every = np.concatenate([self.values, values], axis=1), np.append(self.prices, prices)
+        return replace(self, columns=SplitColumns.plain(*every))

@@ -11,43 +11,47 @@ every division looks proven that separates a few scores: one value contradicts a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
-from grammarlab.preference.person import DISLIKED, log_likelihood, possible_values
+from grammarlab.preference.person import DISLIKED, Person, log_likelihood, possible_values
 
 
 @dataclass(frozen=True, eq=False)
 class LeafEvidence:
-    """Evidence of subsets of n scores for a person with known errors."""
+    """Evidence of parts of n scores for a person with known errors."""
 
+    scores: Floats
+    """[n] 0-100."""
     unexplained: UnexplainedScores
-    log_likelihood: Floats
-    """[n, G] log-likelihood of each score for each value."""
+    """The evidence of the same scores without values."""
+    person: Person
 
     @classmethod
-    def of(cls, scores: Floats, unexplained: UnexplainedScores, noise: float, blunders: float) -> LeafEvidence:
-        """Evidence for a person.
+    def of(cls, scores: Floats, person: Person) -> LeafEvidence:
+        """Evidence of scores [n], 0-100."""
+        return cls(scores, UnexplainedScores.of(scores), person)
 
-        Args:
-            scores: [n] 0-100.
-            unexplained: the evidence of the same scores without values.
-            noise: standard deviation of the errors, in points.
-            blunders: probability of a random score.
-        """
-        return cls(unexplained, log_likelihood(scores, possible_values(), noise, blunders).astype(np.float64))
+    def for_person(self, person: Person) -> LeafEvidence:
+        """Evidence of the same scores for another person."""
+        return replace(self, person=person)
+
+    @cached_property
+    def log_likelihood(self) -> Floats:
+        """[n, G] log-likelihood of each score for each value."""
+        return log_likelihood(self.scores, possible_values(), *self.person).astype(np.float64)
 
     @cached_property
     def terms(self) -> Floats:
-        """[n, G + T] columns whose sums over a subset give its evidence."""
+        """[n, G + T] columns whose sums over a part give its evidence."""
         return np.concatenate([self.log_likelihood, self.unexplained.members], axis=1)
 
-    def __call__(self, sums: Floats) -> Floats:
-        """[...] log-evidence of subsets from the sums [..., G + T] of their terms; an empty one has 0."""
+    def of_sums(self, sums: Floats) -> Floats:
+        """[...] log-evidence of parts from the sums [..., G + T] of their terms; an empty one has 0."""
         flat = sums.reshape(-1, sums.shape[-1])
         size = self.log_likelihood.shape[1]
         of_values = flat[:, :size] + _log_prior()
@@ -58,7 +62,15 @@ class LeafEvidence:
 
     def of_labels(self, labels: Ints) -> float:
         """Log-evidence of the scores of some labels."""
-        return float(self(self.terms[labels].sum(axis=0)))
+        return float(self.of_sums(self.terms[labels].sum(axis=0)))
+
+    def of_any(self, labels: Ints) -> float:
+        """Log-evidence of the scores of some labels if nothing explains them."""
+        return float(self.unexplained.log_evidence(self.unexplained.members[labels].sum(axis=0)[None])[0])
+
+    def best_possible(self, labels: Ints) -> float:
+        """Upper bound on the evidence of divisions of some labels: probabilities are at most 1."""
+        return 0.0
 
 
 def _log_prior() -> Floats:

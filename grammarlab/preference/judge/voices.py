@@ -24,12 +24,11 @@ from typing import Literal
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.judge.cuts import BinnedColumns
+from grammarlab.preference.growth.person_search import most_likely, search
+from grammarlab.preference.growth.screening import coarse_bins, gains_of_parts
+from grammarlab.preference.growth.tree_growth import Tree, TreeGrowth
 from grammarlab.preference.judge.labelled_columns import Labels
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
-from grammarlab.preference.judge.score_tree import ScoreTree, TreeGrowth
-from grammarlab.preference.judge.screening import gains_of_parts
-from grammarlab.preference.judge.tree_search import most_likely, search
 from grammarlab.preference.person import START_PERSONS, Person
 
 Kind = Literal["change", "turns"]
@@ -44,8 +43,6 @@ _LEVEL_SHARE = 0.5
 """Share of the gain by levels of scores that does not count."""
 _NUM_PLACES = 24
 """Number of places of a change that are compared quickly. More are only slower."""
-_NUM_BINS = 8
-"""Largest number of bins of a column. More are only slower."""
 _NUM_COLUMNS = 16
 """Number of columns for all scores, and for each voice, that trees may use. More are only slower."""
 
@@ -87,7 +84,7 @@ class TwoVoices:
     """Scores that two tastes explain."""
 
     division: Division
-    trees: tuple[ScoreTree, ScoreTree]
+    trees: tuple[Tree, Tree]
     """What explains each voice."""
     person: Person
     """The errors of both."""
@@ -138,9 +135,7 @@ def _worth(columns: Floats, prices: Floats, scores: Floats, divisions: Sequence[
     """[3, D, F] what each column explains of all scores and of those of each voice, less its price, in nats."""
     seconds = np.array([division.is_second for division in divisions])
     parts = np.concatenate([np.ones((1, len(scores)), dtype=bool), ~seconds, seconds])
-    every, *voices = np.split(
-        gains_of_parts(BinnedColumns.of(columns), parts, scores) - prices, [1, 1 + len(divisions)]
-    )
+    every, *voices = np.split(gains_of_parts(coarse_bins(columns), parts, scores) - prices, [1, 1 + len(divisions)])
     return np.stack([np.broadcast_to(every, voices[0].shape), *voices])
 
 
@@ -159,24 +154,24 @@ def _labels(columns: Floats, prices: Floats, scores: Floats, worth: Floats, like
     """The scores with the columns that explain most of them or of a voice."""
     rankings = [worth[0, 0], *(worth[voice, index] for voice in (1, 2) for index in likely)]
     chosen = np.unique([np.argsort(-ranking, kind="stable")[:_NUM_COLUMNS] for ranking in rankings])
-    return Labels.of(columns[:, chosen], prices[chosen], scores, _NUM_BINS)
+    return Labels.of(columns[:, chosen], prices[chosen], scores)
 
 
 def _explained(labels: Labels, division: Division) -> TwoVoices:
     """The best explanation of two voices, a tree for each, with the same errors."""
     best = max((_grown(labels, division, person) for person in START_PERSONS), key=lambda two: two.total)
-    likely = most_likely(labels, [leaf.labels for tree in best.trees for leaf in tree.leaves()], best.person)
+    likely = most_likely(labels.evidence, [[cell for tree in best.trees for cell in tree.cells()]], [0.0])
     return best if likely in START_PERSONS else max(best, _grown(labels, division, likely), key=lambda two: two.total)
 
 
 def _grown(labels: Labels, division: Division, person: Person) -> TwoVoices:
-    growth = TreeGrowth(labels.binned, labels.prices, labels.scores, labels.evidence(person))
+    growth = TreeGrowth(labels.columns, labels.evidence.for_person(person))
     first, second = (growth.grown(voice) for voice in division.voices)
-    total = first.total + second.total - person.price - division.price
+    total = first.log_posterior + second.log_posterior - person.price - division.price
     return TwoVoices(division, (first, second), person, total, _agreed(labels, division, (first, second)))
 
 
-def _agreed(labels: Labels, division: Division, trees: tuple[ScoreTree, ScoreTree]) -> Floats:
+def _agreed(labels: Labels, division: Division, trees: tuple[Tree, Tree]) -> Floats:
     agreed = labels.scores.copy()
     for tree, others in zip(trees, division.voices[::-1], strict=True):
         for leaf, members in _in_leaves(labels, tree, others):
@@ -188,7 +183,7 @@ def _moved(labels: Labels, two: TwoVoices) -> TwoVoices:
     """A change at the place where other scores of a voice predict each score best."""
     if two.division.kind != "change":
         return two
-    num, evidence = len(labels.scores), labels.evidence(two.person)
+    num, evidence = len(labels.scores), labels.evidence.for_person(two.person)
     first, second = (_predicted(labels, tree, evidence) for tree in two.trees)
     before = np.concatenate([[0.0], np.cumsum(first - second)])
     place = MIN_VOICE + int(np.argmax(before[MIN_VOICE : num - MIN_VOICE + 1]))
@@ -196,29 +191,30 @@ def _moved(labels: Labels, two: TwoVoices) -> TwoVoices:
     return max(two, moved, key=lambda item: item.total)
 
 
-def _predicted(labels: Labels, tree: ScoreTree, evidence: LeafEvidence) -> Floats:
+def _predicted(labels: Labels, tree: Tree, evidence: LeafEvidence) -> Floats:
     """[n] log-probability of each score, given the other scores of a tree."""
     found = np.zeros(len(labels.scores))
     for leaf, members in _in_leaves(labels, tree, labels.every):
         own = np.isin(members, leaf.labels)
         terms, total = evidence.terms[members], evidence.terms[leaf.labels].sum(axis=0)
         with_it, without = total + terms * ~own[:, None], total - terms * own[:, None]
-        found[members] = evidence(with_it) - evidence(without)
+        found[members] = evidence.of_sums(with_it) - evidence.of_sums(without)
     return found
 
 
-def _in_leaves(labels: Labels, tree: ScoreTree, members: Ints) -> Iterator[tuple[ScoreTree, Ints]]:
+def _in_leaves(labels: Labels, tree: Tree, members: Ints) -> Iterator[tuple[Tree, Ints]]:
     """The leaves of a tree, each with those of some scores that are in it."""
-    if tree.cut is None:
+    if tree.split is None:
         yield tree, members
     else:
-        for part, inside in zip(tree.parts, tree.cut.parts(labels.binned, members), strict=True):
-            yield from _in_leaves(labels, part, inside)
+        part_of = tree.split.parts(labels.values[members])
+        for part, branch in tree.parts:
+            yield from _in_leaves(labels, branch, members[part_of == part])
 
 
 def _level_gain(labels: Labels, two: TwoVoices) -> float:
     """What an undivided tree for each voice explains beyond one for all."""
-    evidence = labels.evidence(two.person)
+    evidence = labels.evidence.for_person(two.person)
     return sum(evidence.of_labels(voice) for voice in two.division.voices) - evidence.of_labels(labels.every)
 
 
@@ -229,11 +225,14 @@ def _total_of_one(labels: Labels, two: TwoVoices, enough: float) -> float:
     """
     flag, price = _apart(labels, two.division)
     wider = labels.joined(flag[:, None], np.array([price]))
-    growth = TreeGrowth(wider.binned, wider.prices, wider.scores, wider.evidence(two.person))
-    roots = {len(labels.prices)} | {tree.cut.column for tree in two.trees if tree.cut is not None}
-    alike = max(growth.grown(labels.every, root).total for root in [None, *sorted(roots)]) - two.person.price
+    growth = TreeGrowth(wider.columns, wider.evidence.for_person(two.person))
+    roots = {len(labels.prices)}.union(*(tree.split.columns for tree in two.trees if tree.split is not None))
+    alike = max(growth.grown(labels.every, root).log_posterior for root in [None, *sorted(roots)]) - two.person.price
+    if alike >= enough:
+        return alike
     # The longer search is for scores that seem to have two voices.
-    return alike if alike >= enough else max(alike, search(labels, START_PERSONS)[0].total)
+    found = search(labels.columns, labels.evidence, START_PERSONS)
+    return max(alike, found.trees[0].log_posterior - found.evidence.person.price)
 
 
 def _apart(labels: Labels, division: Division) -> tuple[Floats, float]:

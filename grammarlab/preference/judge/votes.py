@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.preference.growth.screening import explained
 from grammarlab.preference.judge.parities import MAX_ODD, odd_sets
-from grammarlab.preference.judge.screening import explained
 
 MAX_FLAGS = 5
 """Largest number of flags that are counted together."""

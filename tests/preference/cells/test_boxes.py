@@ -10,7 +10,7 @@ from grammarlab.preference import blended
 from grammarlab.preference.cells import box_search
 from grammarlab.preference.cells.box_search import find_boxes
 from grammarlab.preference.cells.partition import fit
-from grammarlab.preference.cells.splits import Split, Value
+from grammarlab.preference.growth.splits import Split, Value
 from grammarlab.preference.queries import Situation, propose
 
 CONTINUOUS = np.ones(12, dtype=bool)

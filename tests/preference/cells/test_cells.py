@@ -32,7 +32,7 @@ def prior_of(cells):
 def test_evidence_and_posterior_are_sums_over_all_values(cell):
     cells, cell = cells_of(), np.array(cell)
     terms = prior_of(cells) * np.exp(log_likelihood(SCORES[cell], cells.grid, 5.0, 0.05).astype(float).sum(axis=0))
-    assert cells.of_cell(cell) == pytest.approx(np.log(terms.sum()), abs=1e-4)
+    assert cells.of_labels(cell) == pytest.approx(np.log(terms.sum()), abs=1e-4)
     np.testing.assert_allclose(cells.posterior(cell), terms / terms.sum(), atol=1e-5)
 
 
@@ -44,7 +44,7 @@ def test_evidence_of_many_parts_at_once_is_that_of_each():
     cells = cells_of(levels=levels_of(cells_of(), [(1.0, [np.array([0, 1, 4]), np.array([2, 3, 5])])]))
     parts = [np.array([0, 1]), np.array([2]), np.array([3, 4, 5]), np.arange(6)]
     inside = np.array([np.isin(np.arange(6), part) for part in parts], dtype=np.float32)
-    each = [cells.of_cell(part) for part in parts]
+    each = [cells.of_labels(part) for part in parts]
     assert cells.log_evidence(inside) == pytest.approx(each, abs=1e-4)
     sums = np.array([cells.terms[part].sum(axis=0) for part in parts]).reshape(2, 2, -1)
     assert cells.evidence(sums) == pytest.approx(np.reshape(each, (2, 2)), abs=1e-4)
@@ -57,6 +57,6 @@ def test_what_others_are_worth_makes_a_value_likely_and_a_cell_does_not_tell_its
     levels = levels_of(before, [(1.0, [liked, disliked, np.array([5])])])
     after = cells_of(noise=10.0, levels=levels)
     # The sixth score is like those of another cell, which makes it likelier; without that cell nothing changes.
-    assert after.of_cell(np.array([5])) > before.of_cell(np.array([5])) + 0.1
+    assert after.of_labels(np.array([5])) > before.of_labels(np.array([5])) + 0.1
     alone = cells_of(noise=10.0, levels=levels_of(before, [(1.0, [np.array([5])])]))
-    assert alone.of_cell(np.array([5])) == pytest.approx(before.of_cell(np.array([5])), abs=1e-4)
+    assert alone.of_labels(np.array([5])) == pytest.approx(before.of_labels(np.array([5])), abs=1e-4)

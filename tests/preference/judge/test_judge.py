@@ -5,7 +5,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from grammarlab.preference.judge.judge import gain, judged
+from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import votes
 from tests.cases import some
 
@@ -127,17 +127,3 @@ def test_votes_count_flags_at_the_price_of_their_choice():
     assert wanted[0].price == pytest.approx(np.log(3 * 4 * comb(12, 3) * 2**3))
     assert votes(flags, np.full(96, 3.0, dtype=np.float64)) == []
     assert votes(flags[:, :1], 80.0 * flags[:, 0]) == []
-
-
-def test_the_gain_of_columns_is_what_they_explain_beyond_any_distribution():
-    known, _ = columns(96, seed=13)
-    even = np.ones(KNOWN)
-    scores = noisy(90.0 * known[:, 3], 10.0, seed=13)
-    assert gain(known, even, scores, -1e9) > 50.0
-    assert gain(known, even, scores[np.random.default_rng(0).permutation(96)], -1e9) < 1.0
-    unlikely = np.where(np.arange(KNOWN) == 3, 1e-6, 1.0)
-    assert gain(known, unlikely, scores, -1e9) == pytest.approx(gain(known, even, scores, -1e9) + np.log(1e-6), abs=0.1)
-    assert gain(np.ones((96, 3)), np.ones(3), scores, -1e9) == -np.inf
-    # One distribution of values is as good a rival as any distribution of scores.
-    better = [gain(known, even, scores, nothing) for nothing in (-150.0, -160.0)]
-    assert better[1] - better[0] == pytest.approx(10.0, abs=0.1)

@@ -11,7 +11,7 @@ from grammarlab.preference.judge import unexplained_scores
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.smooth_leaf import LENGTHS, SmoothLeaf
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
-from grammarlab.preference.person import DISLIKED, possible_values
+from grammarlab.preference.person import DISLIKED, Person, possible_values
 
 
 def of_all(scores):
@@ -79,7 +79,7 @@ def test_repeated_scores_and_smooth_ones_are_both_likely():
 def test_a_leaf_has_one_value_or_any(noise, blunders):
     scores = np.array([0.0, 0.0, 30.0, 100.0])
     unexplained = UnexplainedScores.of(scores)
-    evidence = LeafEvidence.of(scores, unexplained, noise, blunders)
+    evidence = LeafEvidence.of(scores, Person(noise, blunders))
     for labels in ([0, 1], [2], [0, 2, 3], [0, 1, 2, 3]):
         total = 0.0
         for value in possible_values():
@@ -89,13 +89,14 @@ def test_a_leaf_has_one_value_or_any(noise, blunders):
             chance = np.where((scores <= 0.0) | (scores >= 100.0), 0.005, 0.01)
             total += prior * np.prod(((1.0 - blunders) * (ndtr(high) - ndtr(low)) + blunders * chance)[labels])
         anything = unexplained.log_evidence(unexplained.members[labels].sum(axis=0)[None])[0]
+        assert evidence.of_any(np.array(labels)) == anything
         assert evidence.of_labels(np.array(labels)) == pytest.approx(np.log((total + np.exp(anything)) / 2.0), abs=1e-5)
 
 
 def test_an_empty_leaf_is_certain():
     scores = np.array([0.0, 50.0])
-    evidence = LeafEvidence.of(scores, UnexplainedScores.of(scores), 5.0, 0.03)
-    assert evidence(np.zeros((1, evidence.terms.shape[1])))[0] == pytest.approx(0.0)
+    evidence = LeafEvidence.of(scores, Person(5.0, 0.03))
+    assert evidence.of_sums(np.zeros((1, evidence.terms.shape[1])))[0] == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize("noise", [0.5, 12.0])
@@ -114,7 +115,7 @@ def test_leaves_of_two_kinds_of_scores_are_worth_dividing():
     """All pairs of numbers of scores: a part of zeros and a part of eighties is better than both together."""
     for zeros, eighties in product((3, 8), repeat=2):
         scores = np.array([0.0] * zeros + [80.0] * eighties)
-        evidence = LeafEvidence.of(scores, UnexplainedScores.of(scores), 5.0, 0.03)
+        evidence = LeafEvidence.of(scores, Person(5.0, 0.03))
         every = np.arange(len(scores))
         apart = evidence.of_labels(every[:zeros]) + evidence.of_labels(every[zeros:])
         assert apart > evidence.of_labels(every)

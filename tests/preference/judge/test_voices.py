@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.judge.cuts import BinnedColumns
+from grammarlab.preference.growth.screening import coarse_bins, gains, gains_of_parts
+from grammarlab.preference.growth.tree_growth import TreeGrowth
 from grammarlab.preference.judge.labelled_columns import Labels
-from grammarlab.preference.judge.score_tree import TreeGrowth
-from grammarlab.preference.judge.screening import gains, gains_of_parts
 from grammarlab.preference.judge.voices import (
     LENGTHS,
     ODDS_OF_ONE,
@@ -122,7 +121,7 @@ def test_two_voices_are_two_explanations_less_the_price():
     labels, division = Labels.of(columns, prices(), scores), Division.at(20, 48)
     two = _explained(labels, division)
     alone = sum(
-        TreeGrowth(labels.binned, labels.prices, scores, labels.evidence(two.person)).grown(voice).total
+        TreeGrowth(labels.columns, labels.evidence.for_person(two.person)).grown(voice).log_posterior
         for voice in (np.arange(20), np.arange(20, 48))
     )
     assert two.total == pytest.approx(alone - two.person.price - division.price)
@@ -131,22 +130,22 @@ def test_two_voices_are_two_explanations_less_the_price():
 def test_a_score_is_predicted_by_the_other_scores_of_its_leaf():
     columns, person = columns_of(40, seed=6), Person(10.0, 0.03)
     labels = Labels.of(columns, prices(), scores_of(columns, 0, "sd10", 6))
-    evidence = labels.evidence(person)
-    tree = TreeGrowth(labels.binned, labels.prices, labels.scores, evidence).grown(np.arange(30))
+    evidence = labels.evidence.for_person(person)
+    tree = TreeGrowth(labels.columns, evidence).grown(np.arange(30))
     found = _predicted(labels, tree, evidence)
-    assert tree.cut is not None
-    for leaf in tree.leaves():
-        for label in leaf.labels.tolist():
-            rest = leaf.labels[leaf.labels != label]
-            assert found[label] == pytest.approx(evidence.of_labels(leaf.labels) - evidence.of_labels(rest))
+    assert tree.split is not None
+    for cell in tree.cells():
+        for label in cell.tolist():
+            rest = cell[cell != label]
+            assert found[label] == pytest.approx(evidence.of_labels(cell) - evidence.of_labels(rest))
     assert (found[30:] < 0.0).all()
 
 
 def test_parts_at_once_gain_what_each_gains():
     columns, randomness = columns_of(50, seed=7), np.random.default_rng(7)
     scores = scores_of(columns, 1, "sd10", 7)
-    binned, parts = BinnedColumns.of(columns), randomness.random((5, 50)) < 0.5
-    found = gains_of_parts(binned, parts, scores)
-    expected = [gains(binned, np.flatnonzero(part), scores) for part in parts]
+    coarse, parts = coarse_bins(columns), randomness.random((5, 50)) < 0.5
+    found = gains_of_parts(coarse, parts, scores)
+    expected = [gains(coarse, np.flatnonzero(part), scores) for part in parts]
     np.testing.assert_allclose(found, expected, atol=1e-6)
-    assert not gains_of_parts(binned, parts, np.full(50, 7.0)).any()
+    assert not gains_of_parts(coarse, parts, np.full(50, 7.0)).any()

@@ -1,9 +1,9 @@
 """Trees of splits: each node is divided by the best cut of one column, and pruned if its parts explain no more.
 
 A node divides its labels with prior probability .9 / sqrt(1 + depth). A screening
-(`grammarlab.preference.judge.screening`) chooses the columns whose best cuts are found exactly
-(`grammarlab.preference.judge.cuts`), in a few bins of the labels of the node
-(`grammarlab.preference.cells.node_bins`); then each bound moves to the best place near by. Some divisions gain only
+(`grammarlab.preference.growth.screening`) chooses the columns whose best cuts are found exactly
+(`grammarlab.preference.growth.cuts`), in a few bins of the labels of the node
+(`grammarlab.preference.growth.node_bins`); then each bound moves to the best place near by. Some divisions gain only
 together with a second one: trees also grow from given first divisions, whatever these gain alone, and are pruned
 bottom-up.
 """
@@ -18,13 +18,12 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.cells.cells import ScoreCells
-from grammarlab.preference.cells.node_bins import node_bins
-from grammarlab.preference.cells.split_columns import SplitColumns
-from grammarlab.preference.cells.splits import Split, Value
-from grammarlab.preference.judge.cuts import BinnedColumns, best_cuts, price_of_bounds
-from grammarlab.preference.judge.score_tree import MAX_DEPTH
-from grammarlab.preference.judge.screening import gains
+from grammarlab.preference.growth.cuts import Cuts, best_cuts, price_of_bounds
+from grammarlab.preference.growth.evidence import Evidence
+from grammarlab.preference.growth.node_bins import node_bins
+from grammarlab.preference.growth.screening import gains
+from grammarlab.preference.growth.split_columns import SplitColumns
+from grammarlab.preference.growth.splits import Split, Value
 
 _NUM_BINS = 12
 """Number of bins of the labels of a node, beside those of intervals that stand out. More are only slower, since bounds
@@ -39,6 +38,8 @@ _NUM_SKETCHED = 3
 _PATIENCE = 12.0
 """Largest loss in nats of divisions below each other, until one gains: a few liked designs are apart only after several
 divisions."""
+_MAX_DEPTH = 12
+"""Largest depth of a tree."""
 _IMPROVED_DEPTH = 2
 """Number of levels of nodes that are grown again."""
 _NUM_ALTERNATIVES = 6
@@ -49,7 +50,7 @@ _MIN_POSSIBLE_GAIN = 6.0
 """Gain in nats below which no division is possible: less than the price of a split."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Tree:
     """A node of a tree with its labels."""
 
@@ -81,6 +82,11 @@ class Tree:
         self._assign(rows, np.arange(len(rows)), number, cells)
         return number, tuple(cells)
 
+    @cached_property
+    def columns(self) -> frozenset[int]:
+        """Columns of rows that the tree divides by."""
+        return frozenset(column for node in self.nodes() if node.split for column in node.split.columns)
+
     def _assign(self, rows: Floats, indices: Ints, number: Ints, cells: list[Ints]) -> None:
         part_of = np.full(len(indices), -1) if self.split is None else self.split.parts(rows[indices])
         unassigned = np.ones(len(indices), dtype=bool)
@@ -94,6 +100,17 @@ class Tree:
             cells.append(self.labels)
 
 
+class Others(NamedTuple):
+    """Trees that were found otherwise."""
+
+    trees: Sequence[Tree]
+    rows: Floats
+    """[n, F] rows of the labels that their splits are tried for."""
+
+
+NO_OTHERS = Others((), np.zeros((0, 0)))
+
+
 class _Ranked(NamedTuple):
     """The best cuts of K columns of a node."""
 
@@ -103,8 +120,7 @@ class _Ranked(NamedTuple):
     """[K]"""
     codes: Ints
     """[K, c] bins of the labels of the node."""
-    first: tuple[tuple[int, ...], ...]
-    """[K] first bin of each interval but the lowest."""
+    cuts: Cuts
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,12 +128,12 @@ class TreeGrowth:
     """Labels, what they may be split by, and the trees that grow from both."""
 
     columns: SplitColumns
-    cells: ScoreCells
+    evidence: Evidence
 
     @cached_property
     def every(self) -> Ints:
         """[n] indices of all labels."""
-        return np.arange(len(self.cells.scores))
+        return np.arange(len(self.evidence.scores))
 
     @cached_property
     def _ranked_cache(self) -> dict[bytes, _Ranked]:
@@ -129,29 +145,32 @@ class TreeGrowth:
         """Cache of branches by labels, depth and patience."""
         return {}
 
-    def trees(self, others: Sequence[Tree], rows: Floats) -> list[Tree]:
+    def trees(self, others: Others = NO_OTHERS) -> list[Tree]:
         """Different trees of all labels, the most likely one first: the best one, and those of other first divisions.
 
         Args:
             others: trees of any labels, whose splits are tried as well.
-            rows: [n, F] rows of the labels.
         """
-        trees = self._beginnings(_NUM_ROOTS, others, rows)
+        trees = self._beginnings(_NUM_ROOTS, others)
         return _different([*trees, self._improved(max(trees, key=lambda tree: tree.log_posterior), 0)])
 
-    def sketches(self, others: Sequence[Tree], rows: Floats) -> list[Tree]:
+    def sketches(self, others: Others = NO_OTHERS) -> list[Tree]:
         """A few of these trees, found quickly."""
-        return _different(self._beginnings(_NUM_SKETCHED, others, rows))
+        return _different(self._beginnings(_NUM_SKETCHED, others))
 
-    def replanted(self, others: Sequence[Tree], rows: Floats) -> list[Tree]:
+    def replanted(self, others: Others) -> list[Tree]:
         """The splits of trees of any labels with these labels, pruned by their evidence; the most likely tree first."""
-        return _different([self._replanted(tree, rows, self.every, 0) for tree in others])
+        return _different([self._replanted(tree, others.rows, self.every, 0) for tree in others.trees])
 
-    def _beginnings(self, num_roots: int, others: Sequence[Tree], rows: Floats) -> list[Tree]:
+    def _beginnings(self, num_roots: int, others: Others) -> list[Tree]:
         """The best tree, those of other first divisions, and others with these labels."""
         roots = self._screened(self.every)[:num_roots].tolist()
-        trees = [self._grown(self.every, 0, _PATIENCE), *(self._rooted(root) for root in roots)]
-        return trees + self.replanted(others, rows)
+        trees = [self.grown(self.every, root) for root in (None, *roots)]
+        return trees + self.replanted(others)
+
+    def grown(self, labels: Ints, root: int | None = None) -> Tree:
+        """The tree of some labels, with a given column of the first division or, if it is None, the best one."""
+        return self._grown(labels, 0, _PATIENCE) if root is None else self._rooted(labels, root)
 
     def drawn(self, doubt: float, randomness: np.random.Generator) -> Tree:
         """A tree of all labels that explains these about as well as the best one.
@@ -179,17 +198,17 @@ class TreeGrowth:
 
     def _loss(self, depth: int, ranked: _Ranked, index: int, leaf: Tree) -> float:
         """What a node loses by a cut whose parts are not divided, in nats."""
-        parts = (len(ranked.first[index]) + 1) * _log_leaf(depth + 1)
+        parts = (len(ranked.cuts.first(index)) + 1) * _log_leaf(depth + 1)
         return float(leaf.log_posterior - ranked.log_posterior[index] - _log_dividing(depth) - parts)
 
-    def _rooted(self, column: int) -> Tree:
-        """The tree of all labels with a given column of the first division."""
-        leaf = self._leaf(self.every, 0)
-        ranked = self._cut(np.array([column]), self.every)
+    def _rooted(self, labels: Ints, column: int) -> Tree:
+        """The tree of some labels with a given column of the first division."""
+        leaf = self._leaf(labels, 0)
+        ranked = self._cut(np.array([column]), labels)
         if not np.isfinite(ranked.log_posterior[0]):
             return leaf
         left = _PATIENCE - max(self._loss(0, ranked, 0, leaf), 0.0)
-        return self._branch(self.every, 0, ranked, 0, leaf, max(left, 0.0))
+        return self._branch(labels, 0, ranked, 0, leaf, max(left, 0.0))
 
     def _branch(self, labels: Ints, depth: int, ranked: _Ranked, index: int, leaf: Tree, patience: float) -> Tree:
         """The node divided by one of the ranked cuts, its parts grown; the leaf if it is more likely."""
@@ -250,13 +269,13 @@ class TreeGrowth:
 
     def _leaf(self, labels: Ints, depth: int) -> Tree:
         """A node of labels as one cell."""
-        return Tree(labels, self.cells.of_cell(labels) + _log_leaf(depth))
+        return Tree(labels, self.evidence.of_labels(labels) + _log_leaf(depth))
 
     def _worth_dividing(self, labels: Ints, depth: int) -> _Ranked | None:
         """The best cuts of a node; None if none can explain its scores better than one cell."""
-        if len(labels) < 2 or depth >= MAX_DEPTH:
+        if len(labels) < 2 or depth >= _MAX_DEPTH:
             return None
-        if self.cells.of_cell(labels) > self.cells.best_possible(labels) - _MIN_POSSIBLE_GAIN:
+        if self.evidence.of_labels(labels) > self.evidence.best_possible(labels) - _MIN_POSSIBLE_GAIN:
             return None
         key = labels.tobytes()
         if key not in self._ranked_cache:
@@ -266,28 +285,25 @@ class TreeGrowth:
 
     def _screened(self, labels: Ints) -> Ints:
         """[C] columns, those that may explain most of the scores of some labels first."""
-        worth = gains(self.columns.binned, labels, self.cells.scores) - self.columns.prices
+        worth = gains(self.columns.coarse, labels, self.evidence.scores) - self.columns.prices
         return np.argsort(-worth, kind="stable")
 
     def _cut(self, columns: Ints, labels: Ints) -> _Ranked:
         """The best cut of a node by each of some columns [K]."""
-        codes = node_bins(self.columns.values[np.ix_(labels, columns)], self.cells.scores[labels], _NUM_BINS)
-        binned = BinnedColumns(codes, codes.max(axis=1) + 1)
-        each, inside = np.arange(len(columns)), np.arange(len(labels))
-        cut = best_cuts(binned, each, inside, self.cells.terms[labels], self.cells.evidence)
-        first = tuple(cut.first for cut in cut.cuts)
-        return _Ranked(cut.log_evidence - self.columns.prices[columns], columns, codes, first)
+        codes = node_bins(self.columns.values[np.ix_(labels, columns)], self.evidence.scores[labels], _NUM_BINS)
+        cuts = best_cuts(codes, self.evidence.terms[labels], self.evidence.of_sums)
+        return _Ranked(cuts.log_evidence - self.columns.prices[columns], columns, codes, cuts)
 
     def _split(self, labels: Ints, ranked: _Ranked, index: int) -> tuple[Split, float]:
         """A split by one of the ranked cuts, its bounds moved to the best places near by, and its log-prior."""
-        column, codes, first = int(ranked.columns[index]), ranked.codes[index], ranked.first[index]
+        column, codes, first = int(ranked.columns[index]), ranked.codes[index], ranked.cuts.first(index)
         different, place, where = np.unique(self.columns.values[labels, column], return_index=True, return_inverse=True)
         code_of, number = codes[place], where.reshape(-1)
         bounds = np.searchsorted(code_of, np.array(first))
         if len(different) > codes.max() + 1:
-            sums = np.zeros((len(different) + 1, self.cells.terms.shape[1]))
-            np.add.at(sums, number + 1, self.cells.terms[labels])
-            bounds = _moved(bounds, code_of, np.cumsum(sums, axis=0), self.cells)
+            sums = np.zeros((len(different) + 1, self.evidence.terms.shape[1]))
+            np.add.at(sums, number + 1, self.evidence.terms[labels])
+            bounds = _moved(bounds, code_of, np.cumsum(sums, axis=0), self.evidence)
         middles = (different[bounds - 1] + different[bounds]) / 2.0
         # Between neighbouring floats, and floats whose sum is infinite, too.
         middles = np.where(
@@ -295,6 +311,11 @@ class TreeGrowth:
         )
         prior = -float(self.columns.prices[column] + price_of_bounds(len(first), len(different) - 1))
         return Split(self.columns.readings[column], tuple(middles.tolist())), prior
+
+
+def undivided(labels: Ints, evidence: Evidence) -> Tree:
+    """All labels as one cell."""
+    return Tree(labels, evidence.of_labels(labels) + _log_leaf(0))
 
 
 def _different(trees: Sequence[Tree]) -> list[Tree]:
@@ -332,14 +353,14 @@ def loosened(tree: Tree, rows: Floats, randomness: np.random.Generator) -> Tree:
     return replace(tree, split=split, parts=parts)
 
 
-def _moved(bounds: Ints, code_of: Ints, below: Floats, cells: ScoreCells) -> Ints:
+def _moved(bounds: Ints, code_of: Ints, below: Floats, evidence: Evidence) -> Ints:
     """Bounds [b], each at the place with the most evidence among those of its bin and the bin below, in turn.
 
     Args:
         bounds: [b] index of the first value of each interval but the lowest, ascending.
         code_of: [V] bin of each value, ascending.
         below: [V + 1, W] sums of the terms of the labels with smaller values.
-        cells: evidence of parts.
+        evidence: evidence of parts.
     """
     moved = [0, *bounds.tolist(), len(code_of)]
     for index in range(1, len(moved) - 1):
@@ -348,8 +369,8 @@ def _moved(bounds: Ints, code_of: Ints, below: Floats, cells: ScoreCells) -> Int
         high = min(int(np.searchsorted(code_of, code, side="right")), moved[index + 1] - 1)
         places = np.arange(low, high + 1)
         lower, upper = below[places] - below[moved[index - 1]], below[moved[index + 1]] - below[places]
-        evidence = cells.evidence(lower) + cells.evidence(upper)
-        best = places[evidence > evidence.max() - _EQUAL]
+        total = evidence.of_sums(lower) + evidence.of_sums(upper)
+        best = places[total > total.max() - _EQUAL]
         moved[index] = int(best[len(best) // 2])
     return np.array(moved[1:-1])
 

@@ -5,29 +5,36 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.judge.cuts import COARSE_BINS, BinnedColumns
+from grammarlab.preference.growth.ranks import binned
 
+COARSE_BINS = 8
+"""Number of bins of a column: enough for a band or a wave, few enough to explain little by chance."""
 _MIN_TOTAL = 1e-9
 """Sum of squared differences below which scores are equal."""
 
 
-def gains(columns: BinnedColumns, labels: Ints, scores: Floats) -> Floats:
+def coarse_bins(columns: Floats) -> Ints:
+    """[C, n] bin of each label by each of columns [n, C]."""
+    return binned(columns, COARSE_BINS)
+
+
+def gains(coarse: Ints, labels: Ints, scores: Floats) -> Floats:
     """[C] estimated gain of log-likelihood by a mean for each bin of each column, less what chance gains.
 
     Args:
-        columns: the columns of n labels.
+        coarse: [C, n] bins of all n labels, see `coarse_bins`.
         labels: [m] indices of the labels that count.
         scores: [n] scores of all labels.
     """
-    return explained(columns.coarse[:, labels], COARSE_BINS, scores[labels])
+    return explained(coarse[:, labels], COARSE_BINS, scores[labels])
 
 
-def gains_of_parts(columns: BinnedColumns, parts: Flags, scores: Floats) -> Floats:
+def gains_of_parts(coarse: Ints, parts: Flags, scores: Floats) -> Floats:
     """[P, C] the same for parts [P, n] of the labels, all at once; 0 for a part of equal scores."""
     width, members = COARSE_BINS, parts.T.astype(np.float64)
-    in_bin = (columns.coarse[:, None, :] == np.arange(width)[:, None]).reshape(-1, len(scores)).astype(np.float64)
+    in_bin = (coarse[:, None, :] == np.arange(width)[:, None]).reshape(-1, len(scores)).astype(np.float64)
     centred = scores - scores.mean()
-    shape = (len(columns), width, len(parts))
+    shape = (len(coarse), width, len(parts))
     number = (in_bin @ members).reshape(shape)
     sums = (in_bin @ (members * centred[:, None])).reshape(shape)
     size, all_sums, squares = (part @ members for part in (np.ones(len(scores)), centred, centred**2))

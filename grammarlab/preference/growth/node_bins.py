@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.judge.cuts import bins_of_ranks, ranks_of
+from grammarlab.preference.growth.ranks import bins_of_ranks, ranks_of
 
 
 def node_bins(columns: Floats, scores: Floats, most: int) -> Ints:

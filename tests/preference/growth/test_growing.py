@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
-from grammarlab.preference.cells.split_columns import SplitColumns
-from grammarlab.preference.cells.splits import Names, Split, Value
-from grammarlab.preference.cells.tree_growth import Tree, TreeGrowth, loosened, posterior_shares
-from grammarlab.preference.judge.cuts import price_of_bounds
-
-NONE = ()
+from grammarlab.preference.growth.cuts import price_of_bounds
+from grammarlab.preference.growth.split_columns import SplitColumns
+from grammarlab.preference.growth.splits import Names, Split, Value
+from grammarlab.preference.growth.tree_growth import Others, Tree, TreeGrowth, loosened, posterior_shares
+from grammarlab.preference.judge.leaf_evidence import LeafEvidence
+from grammarlab.preference.person import Person
 
 
 def labelled(seed, num=60):
@@ -35,7 +35,7 @@ def by_definition(growth, tree, rows, depth=0):
     """Log-posterior of a tree: evidence of its cells, prior of its nodes, of what they read and of their bounds."""
     dividing = 0.9 / np.sqrt(1.0 + depth)
     if tree.split is None:
-        return growth.cells.of_cell(tree.labels) + np.log1p(-dividing)
+        return growth.evidence.of_labels(tree.labels) + np.log1p(-dividing)
     part_of = tree.split.parts(rows[tree.labels])
     for part, branch in tree.parts:
         assert np.array_equal(branch.labels, tree.labels[part_of == part])
@@ -50,9 +50,9 @@ def by_definition(growth, tree, rows, depth=0):
 def test_posteriors_are_those_of_the_definition_however_a_tree_was_found(seed):
     rows, scores = labelled(seed)
     growth, randomness = growth_of(rows, scores), np.random.default_rng(seed)
-    grown = growth.trees(NONE, rows)
+    grown = growth.trees()
     drawn = [growth.drawn(4.0, randomness) for _ in range(6)]
-    again = growth_of(rows, scores, noise=4.0).trees(drawn, rows)
+    again = growth_of(rows, scores, noise=4.0).trees(Others(drawn, rows))
     for tree in grown + drawn:
         assert tree.log_posterior == pytest.approx(by_definition(growth, tree, rows), abs=1e-3)
         assert np.sort(np.concatenate(list(tree.cells()))).tolist() == list(range(60))
@@ -66,18 +66,27 @@ def test_posteriors_are_those_of_the_definition_however_a_tree_was_found(seed):
     assert read & {1, 2}
 
 
+def of_cells(scores):
+    return ScoreCells(scores, grid_of(scores), 3.0, 0.03)
+
+
+def of_leaves(scores):
+    return LeafEvidence.of(scores, Person(3.0, 0.03))
+
+
+@pytest.mark.parametrize("evidence_of", [of_cells, of_leaves])
 @pytest.mark.parametrize("seed", range(3))
-def test_the_best_tree_is_the_best_of_all(seed):
+def test_the_best_tree_is_the_best_of_all(seed, evidence_of):
     rows = np.array(list(itertools.product([0.0, 1.0], repeat=3)) * 3)
     liked = [(rows[:, 0] > 0) & (rows[:, 1] > 0), rows[:, 0] != rows[:, 2], rows.sum(axis=1) > 2.0][seed]
     scores = np.where(liked, 80.0, 0.0)
     columns = SplitColumns.of(rows, np.arange(3), np.zeros(3, dtype=bool), scores)
-    cells = ScoreCells(scores, grid_of(scores), 3.0, 0.03)
-    found = TreeGrowth(columns, cells).trees(NONE, rows)[0]
+    evidence = evidence_of(scores)
+    found = TreeGrowth(columns, evidence).trees()[0]
 
     def best(labels, depth):
         dividing = 0.9 / np.sqrt(1.0 + depth)
-        values = [cells.of_cell(labels) + np.log1p(-dividing)]
+        values = [evidence.of_labels(labels) + np.log1p(-dividing)]
         for column in range(3):
             sides = [labels[rows[labels, column] == value] for value in (0.0, 1.0)]
             if all(len(side) for side in sides):
@@ -87,11 +96,21 @@ def test_the_best_tree_is_the_best_of_all(seed):
     assert found.log_posterior == pytest.approx(best(np.arange(24), 0), abs=1e-3)
 
 
+@pytest.mark.parametrize("root", range(3))
+def test_a_tree_begins_with_the_given_column_or_is_not_worth_it(root):
+    rows = np.array(list(itertools.product([0.0, 1.0], repeat=3)) * 3)
+    scores = np.where((rows[:, 0] > 0) & (rows[:, 1] > 0), 80.0, 0.0)
+    columns = SplitColumns.plain(rows, np.full(3, np.log(3.0)))
+    tree = TreeGrowth(columns, of_leaves(scores)).grown(np.arange(24), root)
+    assert (tree.split is None) == (root == 2)
+    assert tree.split is None or tree.split.columns == (root,)
+
+
 def test_the_best_cut_of_many_values_is_the_best_of_all_bands():
     rows = np.random.default_rng(3).random((40, 1))
     scores = np.where((rows[:, 0] > 0.31) & (rows[:, 0] < 0.52), 90.0, 10.0)
     columns = SplitColumns.of(rows, np.zeros(1, dtype=np.int64), np.ones(1, dtype=bool), scores)
-    tree = TreeGrowth(columns, ScoreCells(scores, grid_of(scores), 3.0, 0.03)).trees(NONE, rows)[0]
+    tree = TreeGrowth(columns, ScoreCells(scores, grid_of(scores), 3.0, 0.03)).trees()[0]
     assert tree.split is not None
     inside = np.sort(rows[scores > 50.0, 0])
     below, above = rows[rows < inside[0]].max(), rows[rows > inside[-1]].min()
@@ -102,8 +121,8 @@ def test_the_best_cut_of_many_values_is_the_best_of_all_bands():
 @pytest.mark.parametrize("seed", range(4))
 def test_a_tree_tried_with_its_own_labels_is_itself(seed):
     rows, scores = labelled(seed)
-    tree = growth_of(rows, scores).trees(NONE, rows)[0]
-    again = growth_of(rows, scores).sketches([tree], rows)[0]
+    tree = growth_of(rows, scores).trees()[0]
+    again = growth_of(rows, scores).sketches(Others([tree], rows))[0]
     assert [cell.tolist() for cell in again.cells()] == [cell.tolist() for cell in tree.cells()]
     assert again.log_posterior == pytest.approx(tree.log_posterior, abs=1e-4)
 
@@ -111,19 +130,19 @@ def test_a_tree_tried_with_its_own_labels_is_itself(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_splits_that_other_labels_do_not_ask_for_are_cut_back(seed):
     rows, scores = labelled(seed)
-    tree = growth_of(rows, scores).trees(NONE, rows)[0]
+    tree = growth_of(rows, scores).trees()[0]
     assert tree.split is not None
-    none = growth_of(rows, np.full(60, 30.0)).trees([tree], rows)
+    none = growth_of(rows, np.full(60, 30.0)).trees(Others([tree], rows))
     assert [each.split for each in none] == [None]
     some = rows[::2]
-    part = growth_of(some, scores[::2]).trees([tree], some)[0]
+    part = growth_of(some, scores[::2]).trees(Others([tree], some))[0]
     assert np.sort(np.concatenate(list(part.cells()))).tolist() == list(range(30))
 
 
 def test_little_doubt_draws_the_best_tree_and_much_doubt_many():
     rows, scores = labelled(0)
     growth, randomness = growth_of(rows, scores), np.random.default_rng(1)
-    best = growth.trees(NONE, rows)[0]
+    best = growth.trees()[0]
     assert growth.drawn(1e-3, randomness).log_posterior == pytest.approx(best.log_posterior, abs=1e-6)
     assert len({growth.drawn(4.0, randomness).log_posterior for _ in range(10)}) >= 3
 
@@ -155,7 +174,7 @@ def test_bounds_between_any_numbers_divide_them(ends):
     rows = np.tile(np.array(ends)[:, None], (4, 1))
     scores = np.tile([0.0, 90.0], 4)
     columns = SplitColumns.of(rows, np.zeros(1, dtype=np.int64), np.ones(1, dtype=bool), scores)
-    tree = TreeGrowth(columns, ScoreCells(scores, grid_of(scores), 0.5, 0.03)).trees(NONE, rows)[0]
+    tree = TreeGrowth(columns, ScoreCells(scores, grid_of(scores), 0.5, 0.03)).trees()[0]
     assert [cell.tolist() for cell in tree.cells()] == [[0, 2, 4, 6], [1, 3, 5, 7]]
 
 
@@ -176,4 +195,4 @@ def test_a_tree_that_reads_what_labels_do_not_have_is_a_cell():
     rows, _ = labelled(0)
     other = Tree(np.arange(60), 0.0, Split(Value(4), (0.5,)), ((0, Tree(np.arange(60), 0.0)),))
     rows[:, 4] = 1.0
-    assert growth_of(rows, np.zeros(60)).trees([other], rows)[0].split is None
+    assert growth_of(rows, np.zeros(60)).trees(Others([other], rows))[0].split is None

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.cells.split_columns import SplitColumns
-from grammarlab.preference.cells.splits import Names, Parity, Split, Value
+from grammarlab.preference.growth.split_columns import SplitColumns
+from grammarlab.preference.growth.splits import Names, Parity, Split, Value
 
 
 def columns_of(rows, groups=None, continuous=None, scores=None, priors=None):

@@ -15,8 +15,9 @@ from functools import cached_property
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.cells.splits import Names, Parity, Reading, Value
-from grammarlab.preference.judge.cuts import BinnedColumns, ranks_of
+from grammarlab.preference.growth.ranks import ranks_of
+from grammarlab.preference.growth.screening import coarse_bins
+from grammarlab.preference.growth.splits import Names, Parity, Reading, Value
 
 _CONTINUOUS_SHARE = 0.15
 """Prior of a continuous group; all others have 1."""
@@ -43,13 +44,20 @@ class SplitColumns:
     """Index of each reading by its kind and columns, also of those that say the same as another one."""
 
     @cached_property
-    def binned(self) -> BinnedColumns:
-        """The values in bins."""
-        return BinnedColumns.of(self.values)
+    def coarse(self) -> Ints:
+        """[C, n] bins of the values for screening."""
+        return coarse_bins(self.values)
 
     def place(self, reading: Reading) -> int | None:
         """Index of the reading that divides the labels as a given one does; None if it is constant."""
         return self.places.get((type(reading), reading.columns))
+
+    @classmethod
+    def plain(cls, values: Floats, prices: Floats) -> SplitColumns:
+        """Columns [n, C] that are read as they are, with prices [C] in nats."""
+        readings = tuple(Value(column) for column in range(values.shape[1]))
+        places = {(Value, reading.columns): column for column, reading in enumerate(readings)}
+        return cls(readings, values, prices, places)
 
     @classmethod
     def of(

@@ -1,0 +1,1 @@
+"""Trees that divide designs by what their columns explain of scores."""
