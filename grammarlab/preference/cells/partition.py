@@ -8,12 +8,6 @@ Where no label lies between two bounds, the alternative trees that choose questi
 
 Cells of value 0 are predicted as 0, which matters most to a density: Gaussian processes predict a small mean for
 clipped scores.
-
-A density divides values by their total over all designs. If cells hold masses w of the designs, the share of a cell in
-this total is v w / (v w + r), r the total of the other cells, and the expected density has the expected share. Expected
-values have another one: if hardly any design is liked, and a cell of nearly all designs has a value of 0 with a
-probability of 97 % and a small one otherwise, its expected value has most of the total, but its expected share is at
-most 3 %.
 """
 
 from __future__ import annotations
@@ -32,6 +26,7 @@ from grammarlab.errors import UsageError
 from grammarlab.preference.base import MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.box_search import NUM_PER_CHAIN, find_boxes
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
+from grammarlab.preference.cells.density_values import values_for_density
 from grammarlab.preference.cells.sum_shares import split_columns, sums_of, widened
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.growth.person_search import search
@@ -46,10 +41,6 @@ _NUM_DOUBTFUL = 10
 """Number of alternative trees, used only to choose questions."""
 _DOUBT_TEMPERATURE = 4.0
 """Approximate loss in nats of the alternative trees."""
-_NUM_SWEEPS = 3
-"""Number of sweeps; each takes the total of the other cells from the sweep before."""
-_MIN_TOTAL = 1e-12
-"""Totals of at most this count as 0."""
 _NUM_REPLANTED = 4
 """Number of trees of all labels that are candidates for some of the labels."""
 _NUM_CHAINS_WITHOUT = 2
@@ -384,24 +375,3 @@ def with_levels(cells: ScoreCells, trees: Sequence[Tree]) -> ScoreCells:
 
 def _one_of_each_chain(boxes: Others) -> Others:
     return boxes._replace(trees=boxes.trees[::NUM_PER_CHAIN])
-
-
-def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:
-    """[k] values of cells with which each has its expected share in the total, with the same highest value.
-
-    Args:
-        posteriors: [k, G] probability of each value of each cell; rows sum to 1.
-        grid: [G] possible values, >= 0.
-        masses: [k] share of the designs in each cell, >= 0.
-    """
-    expected = posteriors @ grid
-    values = expected
-    for _ in range(_NUM_SWEEPS):
-        others = np.maximum(masses @ values - masses * values, 0.0)
-        value_mass = grid * masses[:, None]
-        share = (posteriors * (value_mass / np.maximum(value_mass + others[:, None], _MIN_TOTAL))).sum(axis=1)
-        # A cell without designs, or without other cells of some value, has no share that its value could change.
-        has_share = (masses > 0.0) & (others > _MIN_TOTAL)
-        odds = share / np.maximum(1.0 - share, _MIN_TOTAL)
-        values = np.where(has_share, odds * others / np.where(has_share, masses, 1.0), expected)
-    return values * (expected.max() / values.max()) if values.max(initial=0.0) > 0.0 else expected

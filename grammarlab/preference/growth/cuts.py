@@ -51,7 +51,7 @@ def best_cuts(codes: Ints, terms: Floats, of_sums: Callable[[Floats], Floats]) -
     # The whole is no division.
     of_interval[every, 0, widths] = -np.inf
     price = np.log(num_places) + np.log(2.0)
-    best = np.full(of_interval.shape[:2], -np.inf)
+    best = np.full((len(codes), int(widths.max()) + 1), -np.inf)
     previous = np.zeros(best.shape, dtype=np.int64)
     # Each interval is priced but the lowest.
     best[:, 0] = price

@@ -12,9 +12,9 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from grammarlab.arrays import Ints
-from grammarlab.preference.growth.evidence import Evidence
+from grammarlab.preference.growth.part_evidence import Evidence
 from grammarlab.preference.growth.split_columns import SplitColumns
-from grammarlab.preference.growth.tree_growth import NO_OTHERS, Others, Tree, TreeGrowth
+from grammarlab.preference.growth.tree_growth import Others, Tree, TreeGrowth
 from grammarlab.preference.person import PERSONS, Person
 
 _MAX_PERSONS = 3
@@ -40,7 +40,7 @@ class Found(Generic[E]):
         return float(np.logaddexp.reduce([tree.log_posterior for tree in self.trees])) - self.evidence.person.price
 
 
-def search(columns: SplitColumns, evidence: E, persons: Sequence[Person], others: Others = NO_OTHERS) -> Found[E]:
+def search(columns: SplitColumns, evidence: E, persons: Sequence[Person], others: Others | None = None) -> Found[E]:
     """The trees of some scores with the most likely person.
 
     Args:

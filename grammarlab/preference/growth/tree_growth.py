@@ -19,8 +19,8 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.growth.cuts import Cuts, best_cuts, price_of_bounds
-from grammarlab.preference.growth.evidence import Evidence
 from grammarlab.preference.growth.node_bins import node_bins
+from grammarlab.preference.growth.part_evidence import Evidence
 from grammarlab.preference.growth.screening import gains
 from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.growth.splits import Split, Value
@@ -108,9 +108,6 @@ class Others(NamedTuple):
     """[n, F] rows of the labels that their splits are tried for."""
 
 
-NO_OTHERS = Others((), np.zeros((0, 0)))
-
-
 class _Ranked(NamedTuple):
     """The best cuts of K columns of a node."""
 
@@ -145,7 +142,7 @@ class TreeGrowth:
         """Cache of branches by labels, depth and patience."""
         return {}
 
-    def trees(self, others: Others = NO_OTHERS) -> list[Tree]:
+    def trees(self, others: Others | None = None) -> list[Tree]:
         """Different trees of all labels, the most likely one first: the best one, and those of other first divisions.
 
         Args:
@@ -154,7 +151,7 @@ class TreeGrowth:
         trees = self._beginnings(_NUM_ROOTS, others)
         return _different([*trees, self._improved(max(trees, key=lambda tree: tree.log_posterior), 0)])
 
-    def sketches(self, others: Others = NO_OTHERS) -> list[Tree]:
+    def sketches(self, others: Others | None = None) -> list[Tree]:
         """A few of these trees, found quickly."""
         return _different(self._beginnings(_NUM_SKETCHED, others))
 
@@ -162,11 +159,11 @@ class TreeGrowth:
         """The splits of trees of any labels with these labels, pruned by their evidence; the most likely tree first."""
         return _different([self._replanted(tree, others.rows, self.every, 0) for tree in others.trees])
 
-    def _beginnings(self, num_roots: int, others: Others) -> list[Tree]:
+    def _beginnings(self, num_roots: int, others: Others | None) -> list[Tree]:
         """The best tree, those of other first divisions, and others with these labels."""
         roots = self._screened(self.every)[:num_roots].tolist()
         trees = [self.grown(self.every, root) for root in (None, *roots)]
-        return trees + self.replanted(others)
+        return trees if others is None else trees + self.replanted(others)
 
     def grown(self, labels: Ints, root: int | None = None) -> Tree:
         """The tree of some labels, with a given column of the first division or, if it is None, the best one."""

@@ -47,8 +47,8 @@ def test_evidence_of_many_parts_at_once_is_that_of_each():
     each = [cells.of_labels(part) for part in parts]
     assert cells.log_evidence(inside) == pytest.approx(each, abs=1e-4)
     sums = np.array([cells.terms[part].sum(axis=0) for part in parts]).reshape(2, 2, -1)
-    assert cells.evidence(sums) == pytest.approx(np.reshape(each, (2, 2)), abs=1e-4)
-    assert cells.evidence(np.zeros((1, sums.shape[-1])))[0] == pytest.approx(0.0, abs=1e-4)
+    assert cells.of_sums(sums) == pytest.approx(np.reshape(each, (2, 2)), abs=1e-4)
+    assert cells.of_sums(np.zeros((1, sums.shape[-1])))[0] == pytest.approx(0.0, abs=1e-4)
 
 
 def test_what_others_are_worth_makes_a_value_likely_and_a_cell_does_not_tell_itself():

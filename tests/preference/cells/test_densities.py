@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from grammarlab.learning.targets.divergence import jensen_shannon
-from grammarlab.preference.cells.partition import values_for_density
+from grammarlab.preference.cells.density_values import values_for_density
 
 GRID = np.array([0.0, 4.0, 50.0, 80.0])
 PARTS = arrays(np.float64, (3, 4), elements=st.floats(0.01, 1.0))
