@@ -48,6 +48,16 @@ def row_of_value(counts: NDArray[np.integer]) -> Ints:
     return np.repeat(np.arange(len(counts), dtype=np.int64), counts)
 
 
+def rows_of_groups(group: NDArray[np.integer], num: int) -> list[Ints]:
+    """Rows [K] of each of ``num`` groups, ascending, from the group of each row.
+
+    >>> [rows.tolist() for rows in rows_of_groups(np.array([2, 0, 2]), 3)]
+    [[1], [], [0, 2]]
+    """
+    ends = np.cumsum(np.bincount(group, minlength=num))
+    return np.split(np.argsort(group, kind="stable"), ends[:-1]) if num else []
+
+
 def index_in_row(counts: NDArray[np.integer]) -> Ints:
     """Index of each value of a ragged list within its row.
 

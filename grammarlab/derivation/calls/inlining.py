@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.arrays import rows_of_groups
 from grammarlab.derivation.calls.texture_transfer import with_pivot
 from grammarlab.derivation.state.face_tags import face_sets
 from grammarlab.derivation.state.mesh_table import normalized, right_handed, scaled, upright
@@ -83,13 +84,13 @@ def merged(shapes: Shapes, leaves: Shapes, strategy: str, workspace: Workspace, 
         workspace: workspace of the derivation.
         location: place of the operation.
     """
-    rows = np.asarray(leaves.state[row_name(workspace)]).astype(np.int64)
-    counts = np.bincount(rows, minlength=shapes.num)
+    leaves_of = rows_of_groups(np.asarray(leaves.state[row_name(workspace)]).astype(np.int64), shapes.num)
+    counts = np.array([len(chosen) for chosen in leaves_of], np.int64)
     first = np.cumsum(counts) - counts
     meshes, material = [], shapes.material.copy()
-    for row in range(shapes.num):
-        group = local_meshes_of(shapes, leaves, rows, row, workspace) if counts[row] > 1 else []
-        result, own = _unified(group, strategy, workspace, location), leaves.material[rows == row].tolist()
+    for row, chosen in enumerate(leaves_of):
+        group = local_meshes_of(shapes, row, leaves, chosen, workspace) if len(chosen) > 1 else []
+        result, own = _unified(group, strategy, workspace, location), leaves.material[chosen].tolist()
         whole = result.mesh
         if group:
             material[row], whole = with_sources(result, group, own, own[0], workspace)
@@ -121,12 +122,12 @@ def combined_shapes(
     """
     from grammarlab.geometry.meshes.booleans import combined  # noqa: PLC0415
 
-    rows = np.asarray(leaves.state[row_name(workspace)]).astype(np.int64)
+    leaves_of = rows_of_groups(np.asarray(leaves.state[row_name(workspace)]).astype(np.int64), shapes.num)
     own = scaled(workspace.meshes.take(shapes.mesh), shapes.size)
     meshes, material = [], shapes.material.copy()
-    for row in range(shapes.num):
+    for row, chosen in enumerate(leaves_of):
         target = [own.take(np.array([row]))] if own.mesh_faces[row + 1] > own.mesh_faces[row] else []
-        tool, of_tool = local_meshes_of(shapes, leaves, rows, row, workspace), leaves.material[rows == row].tolist()
+        tool, of_tool = local_meshes_of(shapes, row, leaves, chosen, workspace), leaves.material[chosen].tolist()
         groups = [*tool, *target] if is_swapped else [*target, *tool]
         used = [*of_tool, *material[[row] * len(target)]] if is_swapped else [*material[[row] * len(target)], *of_tool]
         result = combined(groups, len(tool) if is_swapped else len(target), operation)
@@ -186,10 +187,9 @@ def with_sources(
 
 
 def local_meshes_of(
-    shapes: Shapes, leaves: Shapes, rows: NDArray[np.int64], row: int, workspace: Workspace
+    shapes: Shapes, row: int, leaves: Shapes, chosen: NDArray[np.integer], workspace: Workspace
 ) -> list[Meshes]:
-    """Meshes of the leaves of one shape, in metres along its axes from its origin."""
-    chosen = np.flatnonzero(rows == row)
+    """Meshes of the chosen leaves of one shape, in metres along its axes from its origin."""
     frames = workspace.frames
     own = leaves.take(chosen)
     parts = scaled(workspace.meshes.take(own.mesh), own.size)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, rows_of_groups
 from grammarlab.derivation.calls.calls import Argument, Head
 from grammarlab.derivation.calls.inlining import appended, local_meshes_of, with_meshes, with_sources
 from grammarlab.derivation.state.mesh_table import scaled
@@ -58,11 +58,10 @@ def recomposed(
     num_leaves = np.bincount(derived_from, minlength=components.num)
     own = scaled(workspace.meshes.take(shapes.mesh), shapes.size)
     meshes, material = [], shapes.material.copy()
-    for row in range(shapes.num):
-        of_row = np.flatnonzero(of_component == row).tolist()
-        old = dict(zip(of_row, local_meshes_of(shapes, components, of_component, row, workspace), strict=True))
-        new = local_meshes_of(shapes, leaves, of_leaf, row, workspace)
-        chosen = np.flatnonzero(of_leaf == row)
+    groups = (rows_of_groups(of, shapes.num) for of in (of_component, of_leaf, of_rest))
+    for row, (of_row, chosen, kept) in enumerate(zip(*groups, strict=True)):
+        old = dict(zip(of_row.tolist(), local_meshes_of(shapes, row, components, of_row, workspace), strict=True))
+        new = local_meshes_of(shapes, row, leaves, chosen, workspace)
         number = derived_from[chosen]
         is_moved = (leaves.mesh[chosen] == components.mesh[number]) & (num_leaves[number] == 1)
         before = [old[index] for index in number[is_moved].tolist()]
@@ -72,7 +71,7 @@ def recomposed(
         ]
         used = leaves.material[chosen].tolist()
         if kind == "f":
-            others = local_meshes_of(shapes, rest, of_rest, row, workspace)
+            others = local_meshes_of(shapes, row, rest, kept, workspace)
         else:
             # Moved edges and corners are no faces.
             new_faces = np.flatnonzero(~is_moved).tolist()

@@ -34,12 +34,12 @@ from grammarlab.geometry.meshes.vectors import cross, unit
 from grammarlab.geometry.selectors import nearest_axis
 
 OLDER_SELECTORS = {
-    "streetSide": (("street.front",), ()),
-    "noStreetSide": (("street.back", "street.left", "street.right"), ("object.side",)),
+    "streetSide": ("street.front",),
+    "noStreetSide": ("street.back", "street.left", "street.right"),
 }
-"""Selectors of older rule files, with equivalent selectors where streets are known, and where they are not.
+"""Selectors of older rule files, with equivalent selectors where streets are known.
 
-They ask whether there is a street: without one, no edge of a lot is along it. ``street.front`` asks for a direction.
+They ask whether there is a street: if nothing is known, both pick nothing. ``street.front`` asks for a direction.
 """
 _TOLERANCE = 1e-6
 """Tolerance of points that lie on an edge, as a share of the longer side of the lot."""
@@ -103,14 +103,9 @@ def picked_by(
     """
     if selector not in OLDER_SELECTORS:
         return picked(selector)
-    along, elsewhere = OLDER_SELECTORS[selector]
-
-    def any_of(names: tuple[str, ...]) -> Flags:
-        return np.logical_or.reduce([np.zeros(len(owner), bool), *map(picked, names)])
-
     if workspace.streets is None:
-        return any_of(elsewhere)
-    return np.where(workspace.streets.known(shapes)[owner], any_of(along), any_of(elsewhere))
+        return np.zeros(len(owner), bool)
+    return workspace.streets.known(shapes)[owner] & np.logical_or.reduce([*map(picked, OLDER_SELECTORS[selector])])
 
 
 def _has_side(selector: str, sides: Sides) -> Flags:
