@@ -1,7 +1,8 @@
 """How many cases a run tries: a fifth of the bulk in an ordinary run, all of them once a week.
 
-Tests that take seconds of several processes, such as a browser and its server, take turns too (`takes_turns`): each is
-in the runs of every fifth week. What keeps a person's data is in all.
+Tests that take seconds, of several processes such as a browser and its server or of a learner that finds one kind of
+taste in one kind of scores, take turns too (`takes_turns`): each, and each of its parameters, is in the runs of every
+fifth week. What keeps a person's data is in all runs. So are laws of learning: seeds, order of answers, never worse.
 
 Fuzzers and comparisons with solvers try many cases of one kind. An ordinary run tries a fifth of them, another one each
 calendar week; `make test-all` tries all. ``GRAMMARLAB_CASES=2`` tries the fifth of that number again.

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from grammarlab.runs.work.compiled import keep_compiled
-from tests.cases import is_due
+from tests.cases import PART, is_due
 
 # On a busy machine everything is slow, which is no fault of a test.
 settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -28,6 +28,10 @@ sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # What one test has compiled is not compiled again by another one, nor by the processes that it starts.
 keep_compiled()
+# A third of the seconds of tests of processes is optimisation of code that runs a few times on small inputs.
+# `make test-all` compiles as for a user.
+if PART is not None:
+    os.environ.setdefault("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
 
 
 @pytest.hookimpl(wrapper=True)

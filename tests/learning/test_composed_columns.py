@@ -14,6 +14,7 @@ from grammarlab.learning.composed_columns import composed_columns
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.judge.judged_labels import MAX_LABELS, selected
+from tests.cases import takes_turns
 
 PARTS = [f"Part{number}" for number in range(5)]
 HOUSE = Grammar.parse(
@@ -50,6 +51,7 @@ def says(column, value):
     return np.array_equal(first, second) or np.array_equal(first.max() - first, second)
 
 
+@takes_turns
 @pytest.mark.parametrize("noise", [0.0, 10.0])
 @pytest.mark.parametrize(
     ("quantity", "scores"),

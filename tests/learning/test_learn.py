@@ -90,6 +90,7 @@ def test_what_cannot_be_learned_from_is_refused_in_words(score, budget, message)
         learn(GRAMMAR, score, budget, pool=SMALL)
 
 
+@takes_turns
 def test_truth_is_the_highest_score_and_falsehood_the_lowest():
     told = learn(GRAMMAR, lambda forest: red_below(forest) > 0.0, 16, pool=SMALL)
     scored = learn(GRAMMAR, lambda forest: 100.0 * (red_below(forest) > 0.0), 16, pool=SMALL)
@@ -98,6 +99,7 @@ def test_truth_is_the_highest_score_and_falsehood_the_lowest():
     assert told.predicted.words.likes
 
 
+@takes_turns
 def test_scores_without_a_pattern_leave_the_grammar_as_it_was():
     coins = np.random.default_rng(3)
     found = learn(GRAMMAR, lambda forest: 100.0 * (coins.random(forest.num_models) < 0.5), 32, pool=SMALL)

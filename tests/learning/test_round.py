@@ -17,7 +17,7 @@ from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.labels import Labels
 from grammarlab.preference.liked import MIN_SCORED
 from grammarlab.preference.queries import WAYS
-from tests.cases import bulk
+from tests.cases import bulk, takes_turns
 from tests.learning.bits import BITS, SIZE, BitsSpace, answers_about, score_of, study_of
 
 STUDY = study_of()
@@ -55,6 +55,7 @@ def test_neither_steps_nor_order_of_the_answers_matter(models, cuts, random):
     assert np.array_equal(predictions(STUDY, state), predictions(STUDY, whole))
 
 
+@takes_turns
 def test_a_person_who_has_seen_every_kind_of_design_is_understood():
     state = step(STUDY, init(STUDY), [answers_about(STUDY, POOL, factor) for factor in (0, 1)])
     true = score_of(STUDY.space.make(POOL)).prod(axis=1) / 100.0
@@ -84,6 +85,7 @@ def test_designs_from_elsewhere_are_learned_from_like_those_of_the_pool():
     assert len(STUDY.table(state).rows) == SIZE + len(outside)
 
 
+@takes_turns
 def test_factors_without_a_liked_design_are_left_out_of_the_product():
     nothing = Answers("nothing", POOL[:9], np.zeros(9))
     state = step(STUDY, init(STUDY), [nothing])
@@ -116,6 +118,7 @@ def test_contradictions_are_no_reason_for_longer_paths():
     assert predictions(study, state)[:8] == pytest.approx(np.full(8, 45.0), abs=1.0)
 
 
+@takes_turns
 @pytest.mark.parametrize("widens", [True, False])
 def test_the_pool_is_widened_once_liked_designs_are_rare(widens):
     study = study_of(widens=widens)
@@ -129,6 +132,7 @@ def test_the_pool_is_widened_once_liked_designs_are_rare(widens):
     assert step(study, few, [Answers("factor 0", POOL[-2:], np.zeros(2))], widens=False).wide is False
 
 
+@takes_turns
 def test_noise_does_not_hide_that_liked_designs_are_rare():
     study, num = study_of(), MIN_SCORED + 16
     scores = np.clip(10.0 * np.random.default_rng(0).normal(size=num), 0.0, 100.0)
@@ -195,6 +199,7 @@ def comparisons_of(designs, others):
     return Labels(tuple(labels))
 
 
+@takes_turns
 def test_comparisons_in_a_label_table_are_learned_from_beside_scores():
     scored = Labels(
         tuple(

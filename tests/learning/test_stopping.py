@@ -13,6 +13,7 @@ from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.preference import blended
 from grammarlab.preference.cells import partition
 from grammarlab.preference.factors import ProductPreference
+from tests.cases import takes_turns
 from tests.learning.bits import BitsSpace, score_of, study_of
 
 
@@ -31,6 +32,7 @@ def test_nothing_is_left_to_gain_where_everything_is_known():
     assert expected_gain(*known(96)) == pytest.approx(0.0, abs=1e-3)
 
 
+@takes_turns
 def test_more_is_left_to_gain_for_who_errs():
     exact, erring = expected_gain(*known(48)), expected_gain(*known(48, noise=25.0))
     assert exact is not None
@@ -38,6 +40,7 @@ def test_more_is_left_to_gain_for_who_errs():
     assert 0.0 <= exact < erring < np.log(2.0)
 
 
+@takes_turns
 def test_no_gain_is_expected_of_scores_that_nothing_explains_yet():
     space = BitsSpace()
     study = study_of(space)
@@ -48,6 +51,7 @@ def test_no_gain_is_expected_of_scores_that_nothing_explains_yet():
     assert same == pytest.approx(0.0, abs=1e-9)
 
 
+@takes_turns
 def test_a_gain_is_a_part_of_what_is_left_and_grows_with_the_scores():
     study, state = known(24, noise=20.0)
     left = expected_divergence(study, state)
@@ -58,6 +62,7 @@ def test_a_gain_is_a_part_of_what_is_left_and_grows_with_the_scores():
     assert left
 
 
+@takes_turns
 def test_what_parts_of_the_scores_move_is_still_open():
     study, state = known(24)
     preference = state.preferences["factor 0"]
@@ -73,6 +78,7 @@ def test_what_parts_of_the_scores_move_is_still_open():
     assert left == pytest.approx(jensen_shannon(one, other) * 12 / (24 - 12) / 2)
 
 
+@takes_turns
 def test_several_factors_are_looked_at_together():
     study, state = known(48, noise=15.0, factors=2)
     assert 0.0 < (expected_gain(study, state) or 0.0) < np.log(2.0)

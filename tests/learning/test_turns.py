@@ -37,12 +37,14 @@ def test_factors_begin_in_turn():
     assert next_factor(*known((8, 8)), NAMES, 8) == 0
 
 
+@takes_turns
 @pytest.mark.parametrize("names", [NAMES, NAMES[::-1]])
 def test_then_the_factor_that_is_still_open_is_asked_about(names):
     for nums in ((32, 32), (40, 32)):
         assert names[next_factor(*known(nums, (40.0, 0.0)), names, 8)] == "factor 0"
 
 
+@takes_turns
 def test_a_factor_that_seems_known_is_still_asked_about_sometimes():
     study, state = known((104, 32), (25.0, 0.0))
     assert MIN_TURN_SHARE * (104 + 32) / 2 > 32
@@ -53,6 +55,7 @@ def test_methods_without_a_posterior_take_turns():
     assert next_factor(*known((32, 40), (25.0, 25.0), fit="kde"), NAMES, 8) == 0
 
 
+@takes_turns
 def test_a_factor_without_a_liked_model_takes_its_turn():
     study, state = known((32, 40), (25.0, 0.0))
     assert next_factor(study, replace(state, liked=("factor 0",)), NAMES, 8) == 0
@@ -76,11 +79,13 @@ def test_one_factor_is_always_asked_about_and_no_model_twice():
     assert [len(last.answers[name].designs) for name in NAMES] == [size, size]
 
 
+@takes_turns
 def test_factors_that_seem_known_take_turns_again():
     assert next_factor(*known((88, 96)), NAMES, 8) == 0
     assert next_factor(*known((96, 88)), NAMES, 8) == 1
 
 
+@takes_turns
 def test_with_scores_for_the_whole_pool_every_factor_is_known():
     study, state = known((48, 48), size=48)
     assert next_factor(study, state, NAMES, 8) == 0

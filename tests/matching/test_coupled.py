@@ -46,6 +46,7 @@ def test_rectangles_of_figure_5_2_share_what_they_share_with_noise_of_four_spaci
     assert np.abs(made - truth).max() < 0.006
 
 
+@takes_turns
 def test_heights_five_centimetres_apart_are_two_kinds_that_share_their_width():
     sizes = np.array([[0.95, 1.54], [0.95, 1.49]])
     options = SceneOptions(noise=0.01, occluded=0.0)

@@ -27,10 +27,11 @@ def wanted(name, rows):
     return 80.0 * rows[:, 0] * rows[:, 1] * rows[:, 2]
 
 
+@takes_turns
 @pytest.mark.parametrize(("name", "noise"), [("sum", 0.0), ("all three", 0.0), ("all three", 10.0)])
 def test_a_blend_is_about_as_good_as_the_better_part(name, noise):
-    rows, fresh = coins(140, 14, 0), coins(300, 14, 1)
-    given = np.clip(wanted(name, rows) + noise * np.random.default_rng(2).normal(size=140), 0.0, 100.0)
+    rows, fresh = coins(80, 10, 0), coins(200, 10, 1)
+    given = np.clip(wanted(name, rows) + noise * np.random.default_rng(2).normal(size=80), 0.0, 100.0)
     found = blended.fit(rows, given)
     missed = [
         np.abs(np.clip(part.predict(fresh).mean, 0.0, 100.0) - wanted(name, fresh)).mean()
@@ -41,13 +42,13 @@ def test_a_blend_is_about_as_good_as_the_better_part(name, noise):
 
 @takes_turns
 def test_what_adds_up_is_left_to_lines_and_to_the_process():
-    rows = coins(140, 14, 3)
+    rows = coins(80, 10, 3)
     found = blended.fit(rows, wanted("sum", rows))
     # Trees of many cells explain exact sums as well, but for less of them.
     assert found.line_share + (1.0 - found.line_share) * found.share >= 0.75
     assert found.share >= 0.5
     assert found.line_share > 0.2
-    given = np.clip(wanted("sum", rows) + 10.0 * np.random.default_rng(2).normal(size=140), 0.0, 100.0)
+    given = np.clip(wanted("sum", rows) + 10.0 * np.random.default_rng(2).normal(size=80), 0.0, 100.0)
     assert blended.fit(rows, given).line_share > 0.3
     assert blended.fit(rows, wanted("all three", rows)).line_share < 0.05
 
@@ -55,13 +56,13 @@ def test_what_adds_up_is_left_to_lines_and_to_the_process():
 @pytest.mark.parametrize("seed", some(range(3)))
 def test_what_is_smooth_is_left_to_the_process_although_scores_have_errors(seed):
     randomness = np.random.default_rng(seed)
-    rows, fresh = randomness.random((48, 12)), randomness.random((300, 12))
+    rows, fresh = randomness.random((48, 8)), randomness.random((300, 8))
 
     def smooth(some):
         return 90.0 * np.exp(-8.0 * ((some[:, 0] - 0.5) ** 2 + (some[:, 1] - 0.4) ** 2))
 
     given = np.clip(smooth(rows) + 8.0 * randomness.normal(size=48), 0.0, 100.0)
-    found = blended.fit(rows, given, continuous=np.ones(12, dtype=bool))
+    found = blended.fit(rows, given, continuous=np.ones(8, dtype=bool))
     missed = [np.abs(part.predict(fresh).mean - smooth(fresh)).mean() for part in (found, found.partition)]
     assert found.share >= 0.25
     assert missed[0] < missed[1]
@@ -74,12 +75,13 @@ def test_predictions_are_scores():
     assert told.mean.max() <= 100.0
 
 
+@takes_turns
 def test_noise_that_a_process_explains_by_many_draws_is_noise():
     randomness = np.random.default_rng(9)
-    draws = randomness.random((64, 60))
-    rows = np.column_stack([coins(64, 10, 9), draws])
-    given = np.clip(70.0 * rows[:, 0] * rows[:, 1] + 10.0 * randomness.normal(size=64), 0.0, 100.0)
-    found = blended.fit(rows, given, continuous=np.arange(70) >= 10)
+    draws = randomness.random((48, 40))
+    rows = np.column_stack([coins(48, 8, 9), draws])
+    given = np.clip(70.0 * rows[:, 0] * rows[:, 1] + 10.0 * randomness.normal(size=48), 0.0, 100.0)
+    found = blended.fit(rows, given, continuous=np.arange(48) >= 8)
     assert 5.0 < found.noise < 20.0
 
 
@@ -120,14 +122,21 @@ def test_a_flag_for_each_column_is_asked_for():
         blended.fit(coins(5, 3, 9), [1.0] * 5, continuous=[True])
 
 
+@pytest.fixture(scope="module")
+def rare_and_liked():
+    """Designs, of which one in 64 is liked, and what was learned from scores with errors of 48 of them."""
+    rows = coins(1000, 8, 8)
+    rare = rows[:, :6].min(axis=1)
+    asked = np.concatenate([np.flatnonzero(rare)[:8], np.arange(40)])
+    given = np.clip(90.0 * rare[asked] + 10.0 * np.random.default_rng(3).normal(size=48), 0.0, 100.0)
+    return rows, blended.fit(rows[asked], given)
+
+
 @pytest.mark.parametrize("unexplained", [0.0, 0.4, 1.0])
-def test_a_density_is_a_mixture_of_the_densities_of_its_parts(unexplained):
-    rows = coins(4000, 12, 8)
-    rare = rows[:, :8].min(axis=1)
-    asked = np.concatenate([np.flatnonzero(rare)[:8], np.arange(60)])
-    given = np.clip(90.0 * rare[asked] + 10.0 * np.random.default_rng(3).normal(size=68), 0.0, 100.0)
-    weights = np.random.default_rng(4).random(4000)
-    found = replace(blended.fit(rows[asked], given), share=0.2, handed=0.05, line_share=0.3, unexplained=unexplained)
+def test_a_density_is_a_mixture_of_the_densities_of_its_parts(unexplained, rare_and_liked):
+    rows, learned = rare_and_liked
+    weights = np.random.default_rng(4).random(1000)
+    found = replace(learned, share=0.2, handed=0.05, line_share=0.3, unexplained=unexplained)
     assert found.line is not None
     mixed = found.for_density(rows, weights)
     cells, process = found.partition.for_density(rows, weights).predict(rows).mean, found.predict_values(rows).mean
@@ -135,7 +144,7 @@ def test_a_density_is_a_mixture_of_the_densities_of_its_parts(unexplained):
     explained = 0.7 * (1.0 - unexplained) / (1.0 + odds)
     shares = odds * explained, explained, 0.3 * (1.0 - unexplained), unexplained
     line = found.line.predict(rows).mean
-    densities = [weights * part / (weights @ part) for part in (process, cells, line, np.ones(4000))]
+    densities = [weights * part / (weights @ part) for part in (process, cells, line, np.ones(1000))]
     learned = weights * mixed.predict(rows).mean
     np.testing.assert_allclose(learned / learned.sum(), np.array(shares) @ densities, rtol=1e-9, atol=1e-12)
     # The highest value is that of the mixture of values.

@@ -5,6 +5,7 @@ from grammarlab.errors import UsageError
 from grammarlab.learning.fitting import fit
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, dense_rows
 from grammarlab.preference.factors import ProductPreference
+from tests.cases import takes_turns
 from tests.preference.rows import toy_towers
 
 
@@ -58,6 +59,7 @@ def test_explanations_say_which_factor_looks():
     assert names == ["colour: door", "shape: roof", "colour: roof", "shape: door"]
 
 
+@takes_turns
 def test_two_factors_learn_the_toy_grammars_preference_from_few_labels_each():
     """Figure 4.5: colour and geometry, trained apart, combined for towers that nobody has scored."""
     rows, by_color, by_geometry = toy_towers(24, 40)

@@ -100,14 +100,14 @@ def test_huge_and_constant_columns(method):
     is_sound(fit(rows, scores, method=method).predict(rows), 20)
 
 
-def test_ten_thousand_labels_stay_bounded(method, monkeypatch):
+def test_thousands_of_labels_stay_bounded(method, monkeypatch):
     for name in ("preference.processes.grouped", "baselines.gaussian_process", "baselines.kde"):
         module = import_module(f"grammarlab.{name}")
         monkeypatch.setattr(module, "MAX_ROWS_TO_FIT", 100)
         monkeypatch.setattr(module, "MAX_ROWS_TO_KEEP", 400)
     module = import_module("grammarlab.baselines.sklearn_process")
     monkeypatch.setattr(module, "MAX_GRADIENT_NUMBERS", 100**2 * 8)
-    rows, scores = counted_rows(10_000, 8)
+    rows, scores = counted_rows(2_000, 8)
     preference = fit(rows, scores, method=method)
     assert np.corrcoef(preference.predict(rows).mean, scores)[0, 1] > (0.5 if method == "kde" else 0.9)
 

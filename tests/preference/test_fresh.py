@@ -80,7 +80,7 @@ def test_who_does_not_err_has_intervals_of_one_score():
 def test_intervals_hold_as_many_scores_as_they_say(name, person):
     held = []
     for seed in range(2):
-        rows, fresh = coins(96, 8, seed), coins(1000, 8, 100 + seed)
+        rows, fresh = coins(64, 6, seed), coins(1000, 6, 100 + seed)
         found = blended.fit(rows, said(person, wanted(name, rows), 10 + seed))
         low, high = fresh_scores(found, fresh).interval(0.9)
         answers = said(person, wanted(name, fresh), 20 + seed)

@@ -18,6 +18,7 @@ from grammarlab.learning.targets.explanation import Words
 from grammarlab.learning.targets.file_head import head, without_earlier_head
 from grammarlab.learning.targets.simplification import Predicted, SimplifiedFactor
 from grammarlab.runs.sample.checks import SUPPORTED
+from tests.cases import takes_turns
 
 GRAMMAR = Grammar.parse("Lot --> 50% : extrude(3) Low else : extrude(9) High")
 ONE = np.ones(1)
@@ -73,6 +74,7 @@ def test_no_name_leaves_the_comment():
     assert not check_text(text, "head.cga", SUPPORTED)
 
 
+@takes_turns
 def test_learning_from_a_learned_file_replaces_its_head():
     first = learn(GRAMMAR, high, 16, pool=Pool(0, 200)).learned
     both = Grammar.parse(first.text.replace("Lot --> extrude(9) High", "Lot --> 40% : extrude(9) High else : Low"))

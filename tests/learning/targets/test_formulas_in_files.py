@@ -23,6 +23,7 @@ from grammarlab.learning.targets.grammar_target import GrammarWriter
 from grammarlab.learning.targets.simplification import TOLERANCE
 from grammarlab.learning.targets.writers import LearnedDensity, Making
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, Rows
+from tests.cases import takes_turns
 
 GRAMMAR = Grammar.parse(
     """
@@ -68,6 +69,7 @@ def learned(formula: Formula, low: float, high: float) -> LearnedDensity:
     return GrammarWriter(space).learn(study, state, Making())
 
 
+@takes_turns
 def test_floors_alike_are_a_grammar_without_a_rule():
     found = learned(ALIKE, 0.5, 1.5)
     assert isinstance(found.learned, LearnedGrammar)
@@ -76,6 +78,7 @@ def test_floors_alike_are_a_grammar_without_a_rule():
     assert (count(found.learned.as_original(found.learned.sample(300, 1)), [ALIKE]) == 1.0).all()
 
 
+@takes_turns
 def test_a_proportion_is_an_acceptance_rule_that_reads_back():
     found = learned(PROPORTION, 0.5, 0.8)
     assert isinstance(found.learned, AcceptedGrammar)

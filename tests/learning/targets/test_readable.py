@@ -25,6 +25,7 @@ from grammarlab.learning.targets.simplification import TOLERANCE
 from grammarlab.learning.targets.writers import Making
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance
 from grammarlab.runs.sample.checks import grammar_to_run
+from tests.cases import takes_turns
 
 RULES = """
 attr width = rand(4, 12)
@@ -113,6 +114,7 @@ SUM = Formula.of("+", Draw("width"), Draw("height"))
 TASTES = [(noisy, ()), (many_windows, ()), (narrow_in_sum, (SUM,)), (smooth, ())]
 
 
+@takes_turns
 @pytest.mark.parametrize(("score", "extra"), TASTES, ids=lambda value: getattr(value, "__name__", ""))
 def test_the_file_is_small_and_near_and_samples_its_density(score, extra):
     found = made(score, extra=extra)
@@ -135,6 +137,7 @@ def test_the_file_is_small_and_near_and_samples_its_density(score, extra):
     assert again.shapes_per_model().tolist() == learned.sample(50, 12).shapes_per_model().tolist()
 
 
+@takes_turns
 def test_a_sum_of_draws_needs_an_acceptance_rule():
     learned = made(narrow_in_sum, extra=(SUM,)).learned
     assert isinstance(learned, AcceptedGrammar)
@@ -195,6 +198,7 @@ def test_percentages_and_ranges_are_round():
             assert len(part) <= 5, text
 
 
+@takes_turns
 def test_a_larger_bound_needs_no_acceptance_rule():
     def score(forest):
         values = counts(forest, "Wall:0"), counts(forest, "Wall:1"), counts(forest, "Porch:0")
@@ -208,6 +212,7 @@ def test_a_larger_bound_needs_no_acceptance_rule():
     assert few.part is None or few.part.rules_changed <= few.rules_after
 
 
+@takes_turns
 def test_a_bound_that_is_too_small_is_compared_with_the_size_of_the_whole_grammar():
     def score(forest):
         return 90.0 * (counts(forest, "Porch:0") > 0)
@@ -218,6 +223,7 @@ def test_a_bound_that_is_too_small_is_compared_with_the_size_of_the_whole_gramma
     assert bound.rules_after == bound.rules_before
 
 
+@takes_turns
 def test_a_file_with_an_acceptance_rule_can_be_learned_from_again():
     first = made(narrow_in_sum, extra=(SUM,)).learned
     again = made(lambda forest: 100.0 * (counts(forest, "Porch:0") > 0), Grammar.parse(first.text)).learned

@@ -72,6 +72,7 @@ def wide_and_upright(columns: dict[str, Floats]) -> Floats:
     return np.array(100.0 * ((columns["crown_ratio"] > 0.7) & (columns["lean"] < 0.05)), dtype=np.float64)
 
 
+@takes_turns
 def test_a_taste_in_parameters_becomes_kinds_with_words():
     density = learned_from(slender_or_stout)
     text, species = density.learned.text, species_of(density)
@@ -88,6 +89,7 @@ def test_a_taste_in_parameters_becomes_kinds_with_words():
     assert 'why = "small"' in text
 
 
+@takes_turns
 def test_what_depends_on_measures_becomes_a_rule():
     density = learned_from(wide_and_upright)
     learned = density.learned

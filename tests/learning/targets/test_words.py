@@ -14,6 +14,7 @@ from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.targets.explanation import MAX_KINDS, MAX_PARTS, Words, words_of
 from grammarlab.runs.sample.sources import load_source
+from tests.cases import takes_turns
 
 SCENARIOS = Path(__file__).parents[3] / "scenarios"
 
@@ -38,6 +39,7 @@ def truth_of(name):
     return words_of(study.table(init(study)), 100.0 * np.prod(scores / 100.0, axis=1), made.weights)
 
 
+@takes_turns
 @pytest.mark.parametrize(
     ("name", "named"),
     [

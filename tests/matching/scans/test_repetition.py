@@ -11,6 +11,7 @@ from grammarlab.matching.scans.repetition import completed, overlapping, repeate
 from grammarlab.matching.scans.scan_boxes import FacadePlane, cut_out, find_boxes
 from grammarlab.matching.scans.scan_files import load_elements
 from grammarlab.matching.scans.wall_cells import cells_of
+from tests.cases import takes_turns
 
 WIDTH, HEIGHT = 13.0, 9.1
 WINDOWS = np.array([[x, y, x + 1.0, y + 1.5] for y in (1.0, 3.8, 6.6) for x in (1.2, 3.6, 6.0, 8.4, 10.8)])
@@ -115,6 +116,7 @@ def test_elements_behind_a_tree_are_found_by_their_rows_and_columns(trees):
         assert len(np.unique(boxes[:, [axis, axis + 2]], axis=0)) == count
 
 
+@takes_turns
 def test_neither_doors_nor_bare_wall_are_taken_for_hidden_windows():
     for bare in (None, np.array([6.0, 0.0, 7.0, 2.5])):
         others = np.delete(WINDOWS, 2, axis=0)

@@ -12,6 +12,7 @@ from grammarlab.preference.cells.box_search import find_boxes
 from grammarlab.preference.cells.partition import fit
 from grammarlab.preference.growth.splits import Split, Value
 from grammarlab.preference.queries import Situation, propose
+from tests.cases import takes_turns
 
 CONTINUOUS = np.ones(12, dtype=bool)
 
@@ -30,6 +31,7 @@ def labelled(seed: int, num: int) -> tuple[np.ndarray, np.ndarray]:
     return rows[chosen], 100.0 * liked[chosen]
 
 
+@takes_turns
 def test_chains_draw_boxes_in_proportion_to_their_posterior(monkeypatch: pytest.MonkeyPatch):
     """All boxes of two columns and three slots are enumerated."""
     monkeypatch.setattr(box_search, "_NUM_SLOTS", 3)
@@ -98,6 +100,7 @@ def test_a_box_is_a_tree_with_its_bounds():
         assert {node.split for node in tree.nodes() if node.split} <= bounds
 
 
+@takes_turns
 @pytest.mark.parametrize("deviation", [0.0, 10.0])
 def test_cells_learn_conjunctions_of_many_columns(deviation: float):
     rows, scores = labelled(3, 210)
@@ -134,6 +137,7 @@ def situation_of(rows: np.ndarray, scores: np.ndarray) -> tuple[Situation, blend
     return Situation(pool, np.ones(len(pool), dtype=bool), np.arange(len(rows)), scores, preference), preference
 
 
+@takes_turns
 def test_questions_are_about_what_boxes_dispute():
     rows, scores = labelled(5, 120)
     situation, preference = situation_of(rows, scores)

@@ -7,6 +7,7 @@ import pytest
 
 from grammarlab.preference.cells import partition
 from grammarlab.preference.person import BLUNDERS, NOISES
+from tests.cases import takes_turns
 
 
 def coins(number, width, seed):
@@ -42,13 +43,14 @@ def test_both_bounds_of_a_narrow_range_lie_between_the_nearest_labels(seed):
     assert spread.mean() > 10.0
 
 
+@takes_turns
 @pytest.mark.parametrize("noise", [0.0, 10.0, 20.0])
 def test_either_but_not_both_is_found_through_noise(noise):
-    rows, randomness = coins(160, 12, 1), np.random.default_rng(2)
+    rows, randomness = coins(120, 8, 1), np.random.default_rng(2)
     meant = np.where(rows[:, 3] != rows[:, 7], 70.0, 0.0)
-    scores = np.clip(meant + noise * randomness.normal(size=160), 0.0, 100.0)
+    scores = np.clip(meant + noise * randomness.normal(size=120), 0.0, 100.0)
     found = partition.fit(rows, scores)
-    fresh = coins(200, 12, 3)
+    fresh = coins(200, 8, 3)
     wanted = np.where(fresh[:, 3] != fresh[:, 7], 70.0, 0.0)
     assert np.abs(found.predict(fresh).mean - wanted).mean() < 1.0 + 0.15 * noise
     assert 0.5 * noise <= found.noise <= max(0.5, 1.6 * noise)
@@ -66,12 +68,13 @@ def test_values_are_averages_over_the_noises_that_the_labels_allow():
     assert found._values([low])[0][0] == pytest.approx(sum(means) / sum(share for share, _ in likely))
 
 
+@takes_turns
 def test_a_blunder_is_no_structure():
-    rows, randomness = coins(200, 10, 4), np.random.default_rng(5)
+    rows, randomness = coins(120, 6, 4), np.random.default_rng(5)
     meant = 60.0 * rows[:, 0]
-    wrong = randomness.random(200) < 0.1
-    found = partition.fit(rows, np.where(wrong, 100.0 * randomness.random(200), meant))
-    fresh = coins(100, 10, 6)
+    wrong = randomness.random(120) < 0.1
+    found = partition.fit(rows, np.where(wrong, 100.0 * randomness.random(120), meant))
+    fresh = coins(100, 6, 6)
     np.testing.assert_allclose(found.predict(fresh).mean, 60.0 * fresh[:, 0], atol=1.0)
     assert 0.03 <= found.blunders <= 0.25
 
@@ -153,6 +156,7 @@ def blundering(scores):
     return np.where(randomness.random(60) < 0.1, 100.0 * randomness.random(60).round(2), scores)
 
 
+@takes_turns
 @pytest.mark.parametrize("errs", [noisy, blundering])
 def test_splits_that_errors_hide_from_few_labels_are_kept(errs):
     rows, scores, known = exact_labels(3)

@@ -7,15 +7,15 @@ import pytest
 
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import votes
-from tests.cases import some
+from tests.cases import some, takes_turns
 
-KNOWN, COMPOSED = 60, 400
+KNOWN, FLAGS, COMPOSED = 36, 20, 100
 
 
 def columns(num, seed):
     """Known columns, half of them flags, and composed ones."""
     randomness = np.random.default_rng(seed)
-    known = np.column_stack([randomness.integers(0, 2, (num, 40)), randomness.random((num, KNOWN - 40))])
+    known = np.column_stack([randomness.integers(0, 2, (num, FLAGS)), randomness.random((num, KNOWN - FLAGS))])
     composed = randomness.random((num, COMPOSED))
     composed[:, ::2] = composed[:, ::2] > 0.5
     return known.astype(float), composed
@@ -23,7 +23,12 @@ def columns(num, seed):
 
 def verdict_of(known, composed, scores):
     return judged(
-        known, composed, np.full(COMPOSED, np.log(2.0 * COMPOSED)), known[:, : min(40, known.shape[1])], known, scores
+        known,
+        composed,
+        np.full(COMPOSED, np.log(2.0 * COMPOSED)),
+        known[:, : min(FLAGS, known.shape[1])],
+        known,
+        scores,
     )
 
 
@@ -53,6 +58,7 @@ def test_what_scores_need_is_accepted(taste, noise):
     assert (verdict.total > verdict.known) == bool(needed)
 
 
+@takes_turns
 def test_flags_are_joined_where_scores_need_it():
     known, composed = columns(96, seed=6)
     either = verdict_of(known, composed, noisy(90.0 * (known[:, 4] != known[:, 9]), 10.0, seed=6))

@@ -6,6 +6,7 @@ from scipy.optimize import minimize
 
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.weighted_sums import _SPREAD, MAX_TERMS, _fitted, weighted_sums
+from tests.cases import takes_turns
 
 NONE = np.zeros((128, 0))
 
@@ -26,6 +27,7 @@ def test_weights_are_the_most_likely_ones():
     assert _fitted(design, liked, np.zeros(4)) == pytest.approx(best, abs=0.02)
 
 
+@takes_turns
 @pytest.mark.parametrize("noise", [0.0, 10.0])
 def test_a_half_space_is_one_column(noise):
     columns, fresh, randomness = 1.0 + 9.0 * draws(128, 8, 2), 1.0 + 9.0 * draws(4000, 8, 3), np.random.default_rng(4)

@@ -16,6 +16,7 @@ from grammarlab.preference.processes.grouped_search import (
     search,
     starting_kernels,
 )
+from tests.cases import takes_turns
 from tests.preference.processes.test_evidence import dense_covariance, dense_loss
 
 GROUPS = np.repeat(np.arange(6), 3)
@@ -52,6 +53,7 @@ def test_the_energy_is_that_of_a_dense_computation(num_rows):
     assert kernel.energy == pytest.approx(energy(rows, scores, kernel, scores.max()), rel=1e-6)
 
 
+@takes_turns
 def test_errors_are_not_explained_by_many_small_effects():
     randomness = np.random.default_rng(5)
     rows = randomness.integers(0, 2, (64, 140)).astype(float)
@@ -88,6 +90,7 @@ def test_a_group_that_a_start_leaves_out_stays_out():
         assert not search(problem, start).weights[[1, 3, 5]].any()
 
 
+@takes_turns
 def test_tied_weights_learn_from_fewer_labels_than_one_a_column():
     new, truth = styled_rows(400, seed=5)
 
@@ -177,6 +180,7 @@ def test_a_warm_start_from_other_columns_is_refused():
             fit(rows, scores, groups=GROUPS, warm=other)
 
 
+@takes_turns
 def test_noisy_scores_are_smoothed():
     rows, scores = styled_rows(150)
     noisy = np.clip(scores + np.random.default_rng(0).normal(0.0, 8.0, 150), 0.0, 100.0)

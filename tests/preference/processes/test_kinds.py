@@ -18,6 +18,7 @@ from grammarlab.preference.processes.label_kinds import (
     propagate,
 )
 from grammarlab.preference.processes.posterior import Hyperparameters, condition
+from tests.cases import takes_turns
 
 ERRING = [(0.5, 0.0), (3.0, 0.1), (20.0, 0.002)]
 STARS = np.array([0.0, 25.0, 50.0, 75.0, 100.0])
@@ -174,6 +175,7 @@ def compared(number, width, seed):
     return rows, np.where(tied, 50.0, 100.0), kinds, others
 
 
+@takes_turns
 def test_comparisons_and_few_scores_teach_as_scores_do():
     rows, scores, kinds, others = compared(100, 6, 0)
     known, fresh = coins(4, 6, 5), coins(200, 6, 6)
