@@ -117,10 +117,25 @@ def _outcome(grammar: Grammar, path: Path) -> tuple[Outcome, str]:
         whole = grammar_to_run(linked(grammar), str(path))
         derive(whole, 1, 0, assets=assets_folder(path), budget=_BUDGET)
     except LanguageError as error:
-        return "error", _first(error)
+        outcome, reason = "error", _first(error)
     except GrammarlabError as error:
-        return "stops", str(error).splitlines()[0]
-    return "runs", ""
+        outcome, reason = "stops", str(error).splitlines()[0]
+    else:
+        return "runs", ""
+    # An imported file that lacks its own imports lacks their attributes, which is what stops the derivation.
+    missing = next(_missing_imports(grammar), "")
+    return ("import", missing) if missing else (outcome, reason)
+
+
+def _missing_imports(grammar: Grammar) -> Iterator[str]:
+    """Imports that imported files lack; each file is looked at once."""
+    seen, waiting = {id(grammar)}, [grammar]
+    while waiting:
+        for library in waiting.pop().libraries.values():
+            if library is not None and id(library) not in seen:
+                yield from (finding.message for finding in library.import_findings)
+                seen.add(id(library))
+                waiting.append(library)
 
 
 def _first(error: LanguageError) -> str:

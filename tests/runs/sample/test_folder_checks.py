@@ -16,6 +16,7 @@ def test_every_file_of_a_folder_is_tried_and_what_is_missing_is_counted(tmp_path
         "broken.cga": "Lot --> extrude(",
         "stops.cga": "Lot --> comp(g) { all : A }",
         "endless.cga": "Lot --> Lot Lot",
+        "below/nested.cga": 'import c : "import.cga"\nLot --> set(c.b.height, 3) A',
         "note.txt": "Lot --> A",
     }
     for name, text in files.items():
@@ -24,6 +25,7 @@ def test_every_file_of_a_folder_is_tried_and_what_is_missing_is_counted(tmp_path
     checked = check_folder(tmp_path)
     assert {file.file: file.outcome for file in checked.files} == {
         "below/import.cga": "import",
+        "below/nested.cga": "import",
         "below/part.cga": "no start rule",
         "broken.cga": "error",
         "endless.cga": "error",
