@@ -67,6 +67,23 @@ def glassy(forest):
     return 100.0 * (count(forest, [GLASS])[:, 0] > 0)
 
 
+@pytest.fixture(scope="module")
+def red(tmp_path_factory):
+    """What is learned from 80 scores of models that are red below; tests read it only."""
+    return learned_from(red_below, tmp_path_factory.mktemp("red"))
+
+
+@pytest.fixture(scope="module")
+def glass(tmp_path_factory):
+    """What is learned from 80 scores of models with glass; tests read it only."""
+    return learned_from(glassy, tmp_path_factory.mktemp("glass"))
+
+
+def learned_from(score, folder):
+    (folder / "house.cga").write_text(RULES)
+    return learn(folder, scored(Grammar.parse(RULES), score))
+
+
 def is_learned(result, grammar, score):
     """Whether the density is that of the grammar times a score, up to rounding."""
     forest = derive(grammar, 1000, 99)
@@ -77,8 +94,8 @@ def is_learned(result, grammar, score):
     np.testing.assert_allclose(ratio[liked] / wanted[liked], (ratio[liked] / wanted[liked]).mean(), rtol=1e-9)
 
 
-def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, tmp_path):
-    result = learn(tmp_path, scored(grammar, red_below))
+def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, red):
+    result = red
     is_learned(result, grammar, red_below)
     assert [str(feature) for feature in result.density.features] in (
         ["Lot:* > Part@0:0"],
@@ -88,14 +105,13 @@ def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, t
     assert result.density.measured.after.js < 1e-6
     assert result.density.measured.before.js > 0.1
     assert sum(step.js for step in result.density.steps) < 1e-6
-    text = (tmp_path / "new.cga").read_text()
+    text = written(result)
     assert "Labels labels.csv: 80 scores" in text
     assert "rand(3, 9)" in text
 
 
-def test_the_result_depends_on_nothing_but_its_arguments(grammar, tmp_path):
-    texts = {written(learn(tmp_path, scored(grammar, red_below))) for _ in range(2)}
-    assert len(texts) == 1
+def test_the_result_depends_on_nothing_but_its_arguments(grammar, red, tmp_path):
+    assert written(learn(tmp_path, scored(grammar, red_below))) == written(red)
 
 
 def test_factors_multiply(grammar, tmp_path):
@@ -131,24 +147,23 @@ def test_what_no_exact_grammar_can_follow_is_left_to_an_acceptance_rule(grammar,
     assert (red_below(GrammarSampler(Grammar.parse(written(result))).sample(50, 1)) > 0).all()
 
 
-def test_no_more_rules_are_made_than_allowed_and_what_was_given_up_is_said(grammar, tmp_path):
-    labels = scored(grammar, red_below)
-    free = learn(tmp_path, labels)
+def test_no_more_rules_are_made_than_allowed_and_what_was_given_up_is_said(grammar, red, tmp_path):
+    free = red
     assert free.learned.rules_after > free.learned.rules_before
-    bound = learn(tmp_path, labels, max_rules=free.learned.rules_before)
+    bound = learn(tmp_path, scored(grammar, red_below), max_rules=free.learned.rules_before)
     assert bound.learned.rules_after <= free.learned.rules_before
     assert "a grammar alone would have " in bound.learned.findings[0]
     assert f" and {free.learned.rules_before} are allowed" in bound.learned.findings[0]
     is_learned(bound, grammar, red_below)
 
 
-def test_what_the_scores_do_not_depend_on_is_left_alone(grammar, tmp_path):
+def test_what_the_scores_do_not_depend_on_is_left_alone(grammar, glass):
     forest = derive(grammar, 500, 3)
-    ratio = learn(tmp_path, scored(grammar, glassy)).learned.ratio(forest)
-    red, glass = red_below(forest) > 0, glassy(forest) > 0
-    assert ratio[glass].min() > 1.0
-    assert ratio[~glass].max() == 0.0
-    assert ratio[red & glass].mean() == pytest.approx(ratio[~red & glass].mean())
+    ratio = glass.learned.ratio(forest)
+    is_red, is_glassy = red_below(forest) > 0, glassy(forest) > 0
+    assert ratio[is_glassy].min() > 1.0
+    assert ratio[~is_glassy].max() == 0.0
+    assert ratio[is_red & is_glassy].mean() == pytest.approx(ratio[~is_red & is_glassy].mean())
 
 
 def test_models_all_liked_alike_leave_the_grammar_as_it_is(grammar, tmp_path):
@@ -176,6 +191,7 @@ def test_an_even_base_makes_all_liked_trees_equally_likely(grammar, tmp_path):
     assert glass == pytest.approx([2 / 3, 2 / 3], abs=0.08)
 
 
+@takes_turns
 def test_an_even_base_works_for_a_shipped_grammar(tmp_path):
     source = find_rules("airplane")
     shipped, assets = Grammar.parse(source.text()), source.assets
@@ -195,6 +211,7 @@ def test_an_even_base_works_for_a_shipped_grammar(tmp_path):
     assert np.isfinite(result.learned.log_density(some)).all()
 
 
+@takes_turns
 @pytest.mark.parametrize(
     ("method", "most"), [("parameters", 0.15), ("structure", 0.01), ("tied", 0.01), ("rejection", 1e-6)]
 )
@@ -317,15 +334,15 @@ def test_too_many_models_are_refused_before_any_is_derived(grammar, tmp_path, mo
         learn(tmp_path, scored(grammar, red_below))
 
 
-def test_the_report_says_what_happened(grammar, tmp_path):
-    text = report_text(page_of_labels(learn(tmp_path, scored(grammar, red_below))))
+def test_the_report_says_what_happened(red):
+    text = report_text(page_of_labels(red))
     assert "| branches of rules | 6 | 7 |" in text
     assert "| models that rejection would accept | " in text
     assert "- Lot › Part 1" in text
 
 
-def test_the_report_shows_a_choice_as_two_models_that_differ_in_it_alone(grammar, tmp_path):
-    page = page_of_labels(learn(tmp_path, scored(grammar, glassy)))
+def test_the_report_shows_a_choice_as_two_models_that_differ_in_it_alone(glass):
+    page = page_of_labels(glass)
     choices = page.choices()
     assert {choice.text for choice in choices} == {"Wall = Glass"}
     assert (round(choices[0].without), round(choices[0].having), choices[0].scene.num_models) == (0, 100, 2)
