@@ -241,6 +241,7 @@ def test_one_label_is_enough_for_an_answer(grammar, tmp_path):
     assert learn(tmp_path, labels).learned.ratio(derive(grammar, 50, 1)).min() > 0.0
 
 
+@takes_turns
 def test_thousands_of_labels_are_learned_from(grammar, tmp_path):
     is_learned(learn(tmp_path, scored(grammar, red_below, number=2_000)), grammar, red_below)
 
@@ -295,7 +296,8 @@ def test_ties_alone_like_nothing(grammar, tmp_path):
 
 def test_scores_of_nothing_are_no_scale(grammar, tmp_path):
     for least in (5e-324, 1e-300, 1e-160):
-        result = learn(tmp_path, scored(grammar, lambda forest, least=least: least * red_below(forest)))
+        labels = scored(grammar, lambda forest, least=least: least * red_below(forest), number=16)
+        result = learn(tmp_path, labels)
         assert np.isfinite(result.learned.ratio(derive(grammar, 200, 1))).all()
 
 
