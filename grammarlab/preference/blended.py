@@ -107,13 +107,9 @@ class BlendedPreference(AbstractPreference):
 
     def predict(self, rows: Rows) -> Prediction:
         parts = self._parts(rows_to_predict(rows, self.num_columns))
-        shares = self._shares(self.share)
-        mean, square = np.zeros(1), np.zeros(1)
-        for share, part in zip(shares, parts, strict=True):
-            mean, square = mean + share * part.mean, square + share * (part.std**2 + part.mean**2)
-        deviation = np.sqrt(np.maximum(square - mean**2, 0.0))
-        values = mean if self.density is None else self._density(parts, self.density)
-        return Prediction(np.clip(values, 0.0, MAX_SCORE), deviation)
+        of_scores = self._mixed(parts)
+        values = of_scores.mean if self.density is None else self._density(parts, self.density)
+        return Prediction(np.clip(values, 0.0, MAX_SCORE), of_scores.std)
 
     def predict_values(self, rows: Rows) -> Prediction:
         """Expected values, as the process learns means of scores, and the deviation of scores around them.
@@ -190,13 +186,13 @@ class BlendedPreference(AbstractPreference):
         """
         table, masses = rows_to_predict(rows, self.num_columns), weights / weights.sum()
         mixed = replace(self, partition=self.partition.for_density(table, weights), density=None)
-        values, parts = mixed.predict(table).mean, mixed._parts(table)
+        parts = mixed._parts(table)
         level = tuple(float(masses @ np.clip(part.mean, 0.0, MAX_SCORE)) for part in parts)
         levels = _Levels(level, self._damped(level[0], level[1], mixed.partition))
         highest = float(mixed._density(parts, levels).max())
         return replace(
             mixed,
-            density=levels._replace(scale=float(values.max()) / highest),
+            density=levels._replace(scale=min(float(mixed._mixed(parts).mean.max()), MAX_SCORE) / highest),
             sketches=tuple(part.for_density(table, weights) for part in self.sketches),
         )
 
@@ -232,6 +228,13 @@ class BlendedPreference(AbstractPreference):
         flat = Prediction(self.flat.level * same, self.flat.sd * same)
         by_line = flat if self.line is None else self.line.predict(table)
         return self.predict_values(table), self.partition.predict(table), by_line, flat
+
+    def _mixed(self, parts: Sequence[Prediction]) -> Prediction:
+        """The mixture of the parts as scores."""
+        mean, square = np.zeros(1), np.zeros(1)
+        for share, part in zip(self._shares(self.share), parts, strict=True):
+            mean, square = mean + share * part.mean, square + share * (part.std**2 + part.mean**2)
+        return Prediction(mean, np.sqrt(np.maximum(square - mean**2, 0.0)))
 
     def _density(self, parts: Sequence[Prediction], density: _Levels) -> Floats:
         """[m] the mixture of the parts as densities; one that likes nothing leaves the density of the designs."""
