@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from grammarlab.learning.fitting import fit
     from grammarlab.learning.learn import learn
     from grammarlab.learning.targets.writers import LearnedDensity
-    from grammarlab.notebook import ScoringSession
+    from grammarlab.notebook import ScoringSession, view
     from grammarlab.preference.label_files import read_labels, save_labels
     from grammarlab.preference.labels import Label, Labels
     from grammarlab.preference.queries import Situation, propose
@@ -105,6 +105,7 @@ __all__ = [
     "save_facade",
     "save_labels",
     "show_facade",
+    "view",
     "write_species",
 ]
 
@@ -155,6 +156,7 @@ _HOMES = {
     "save_facade": "facade.file",
     "save_labels": "preference.label_files",
     "show_facade": "runs.facade.gallery",
+    "view": "notebook",
     "write_species": "trees.species_file:write",
 }
 """Module of each public name, and its name in that module if it differs."""

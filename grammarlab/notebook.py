@@ -1,4 +1,4 @@
-"""Scoring in a notebook: the page of a session as a widget.
+"""Pages in a notebook as widgets: a scoring session, and a rule file that is being written.
 
 Needs the extra ``notebook``: ``pip install 'grammarlab[notebook]'``.
 """
@@ -15,9 +15,11 @@ from grammarlab.extras import named_extras
 from grammarlab.pages import STATIC
 from grammarlab.pages.record.label_exchange import read_labels_or_session
 from grammarlab.pages.scoring.session import Session, SessionOptions
+from grammarlab.pages.watch.watcher import Watcher
 from grammarlab.pages.windows import Argument, Message
 from grammarlab.preference.labels import Labels
 from grammarlab.runs.sample.shipped import find_rules
+from grammarlab.runs.work.workers import end_if_unguarded
 
 with named_extras():
     import anywidget
@@ -141,7 +143,7 @@ class ScoringSession(anywidget.AnyWidget):
 
         Args:
             command: such as ``score``, ``compare``, ``update``; `grammarlab.pages.scoring.commands` lists all.
-            **arguments: arguments of the command: ``session.do("populate", way="uncertainty")``.
+            **arguments: arguments of the command: ``session.do("new_models", way="uncertainty")``.
 
         Raises:
             GrammarlabError: If the command is refused, with the reason.
@@ -169,3 +171,70 @@ class ScoringSession(anywidget.AnyWidget):
             self.set_trait("state", message["state"])
             self._opened.warn(message["state"]["warnings"])
         self.send(message, list(buffers))
+
+
+class RuleView(anywidget.AnyWidget):
+    """Widget of a rule file: its model, again after every save, with mistakes, attributes, and the tree beside it.
+
+    It is what ``grammarlab watch`` shows in the browser. In a script, use it below ``if __name__ == "__main__":``.
+    """
+
+    _esm = STATIC / "watch" / "page.js"
+    _css = STATIC / "watch" / "page.css"
+
+    state = traitlets.Dict(read_only=True, help="State of the page: seed, values of attributes, mistakes.")
+
+    def __init__(self, grammar: str, *, assets: Path | None = None) -> None:
+        """Watch a rule file; it may have errors.
+
+        Args:
+            grammar: a rule file, or the name of a shipped one.
+            assets: folder of assets, by default the one beside the file.
+
+        Raises:
+            UsageError: If there is no such file, or it describes a species.
+        """
+        super().__init__()
+        end_if_unguarded()
+        self._watcher = Watcher(grammar, assets=assets)
+        self.on_msg(self._receive)
+        self._unlisten = self._watcher.listen(self._tell)
+
+    def close(self) -> None:
+        """End the processes of the widget."""
+        # Garbage collection closes widgets, including those whose file could not be read.
+        if hasattr(self, "_unlisten") and self.comm is not None:
+            self._unlisten()
+            self._watcher.close()
+        super().close()
+
+    def _receive(self, _widget: object, message: object, buffers: Sequence[memoryview]) -> None:
+        self._watcher.handle(message, [bytes(buffer) for buffer in buffers], self._tell)
+
+    def _tell(self, message: Message, buffers: Sequence[bytes]) -> None:
+        if message.get("event") == "state":
+            self.set_trait("state", message["state"])
+        self.send(message, list(buffers))
+
+
+def view(grammar: str, *, assets: Path | None = None) -> RuleView:
+    """Show the model of a rule file in a notebook, again after every save of the file in any editor.
+
+    The page has the mistakes with their lines, sliders, menus and colours of attributes, dice for the seed, a sheet of
+    sixteen models and the derivation tree; a click on a part or a row shows the other.
+
+    Args:
+        grammar: a rule file, or the name of a shipped one.
+        assets: folder of assets, by default the one beside the file.
+
+    Returns:
+        A widget; as the last line of a cell it is shown, ``close`` ends its processes.
+
+    Raises:
+        UsageError: If there is no such file, or it describes a species.
+
+    >>> import grammarlab as gl
+    >>> page = gl.view("toy")
+    >>> page.close()
+    """
+    return RuleView(grammar, assets=assets)

@@ -59,7 +59,7 @@ def evaluate(
         typer.Option("--grids", help="Draw models with their scores, and samples before and after learning, as well."),
     ] = False,
     density: Annotated[
-        bool, typer.Option("--density", help="Compare the ways to make a density of a known preference as well.")
+        bool, typer.Option("--density", help="Compare the ways to make a grammar from a known preference as well.")
     ] = False,
     grammar_labels: Annotated[
         str,

@@ -72,11 +72,11 @@ def list_examples(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
-    """List the grammars and the species of trees that come with grammarlab."""
-    from grammarlab.runs.sample.shipped import shipped_examples, shipped_species
+    """List the grammars, also those of facades, and the species of trees that come with grammarlab."""
+    from grammarlab.runs.sample.shipped import shipped_examples, shipped_facades, shipped_species
 
     with friendly_errors():
-        groups = {"examples": shipped_examples(), "species": shipped_species()}
+        groups = {"examples": shipped_examples(), "facades": shipped_facades(), "species": shipped_species()}
         if sheet is not None:
             from grammarlab.runs.sample.shipped_sheet import save_sheet
             from grammarlab.runs.work.executor_choice import executor_of

@@ -74,9 +74,9 @@ class Scale(StrEnum):
 
 def complete_grammar(incomplete: str) -> list[str]:
     """Shipped grammars and species whose names begin with a text, for shell completion."""
-    from grammarlab.runs.sample.shipped import shipped_examples, shipped_species
+    from grammarlab.runs.sample.shipped import shipped_examples, shipped_facades, shipped_species
 
-    examples = (*shipped_examples(), *shipped_species())
+    examples = (*shipped_examples(), *shipped_facades(), *shipped_species())
     return [example.name for example in examples if example.name.startswith(incomplete)]
 
 

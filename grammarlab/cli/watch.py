@@ -24,8 +24,9 @@ def watch(
 ) -> None:
     """Show the model of a rule file in the browser, again after every save of the file in any editor.
 
-    The page has the mistakes with their lines, sliders and menus of attributes, dice for the seed, and a sheet of
-    sixteen models; a click on a part shows its rule and line.
+    The page has the mistakes with their lines, sliders, menus and colours of attributes, dice for the seed, a sheet of
+    sixteen models, and the derivation tree; a click on a part shows its rule and line, one on a row of the tree its
+    parts.
     """
     with friendly_errors():
         from grammarlab.pages.server import serve

@@ -18,13 +18,14 @@ from grammarlab.derivation.expressions import number_grammar
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.export import SaveOptions, save
 from grammarlab.pages import STATIC
+from grammarlab.pages.listed_trees import listed_tree
 from grammarlab.runs.sample.derivations import load_forest
 from grammarlab.runs.sample.grammar_models import GrammarModels
 from grammarlab.runs.sample.manifest import read_manifest
 from grammarlab.runs.sample.models import Batch, cut_batches, models_of
 from grammarlab.runs.sample.records import DERIVATIONS, ModelRecord, compiled, read_record
 from grammarlab.runs.sample.request import SampleRequest
-from grammarlab.runs.sample.trace import TreeRow, forms_of, trace_of, tree_rows
+from grammarlab.runs.sample.trace import forms_of, trace_of, tree_rows
 from grammarlab.scene import Scene, realize
 from grammarlab.scene.instances import scene_of_model
 from grammarlab.scene.scene_pictures import with_pictures
@@ -33,8 +34,6 @@ from grammarlab.scene.used_tables import with_used_tables
 MAX_BYTES = 32 << 20
 """Largest size of the models of a page in bytes: most mail programs send less, and every browser opens it at once."""
 MOST_RUNS = 2
-_MOST_ROWS = 2000
-"""Largest number of rows of a tree."""
 _PAGE = """<!doctype html>
 <html lang="en">
 <head>
@@ -141,21 +140,7 @@ def _scenes(folder: Path, request: SampleRequest, batch: Batch) -> Iterator[tupl
     trace = trace_of(forest, number_grammar(rules), request.name, 0)
     forms = forms_of(trace)
     roots = np.flatnonzero(forest.nodes.parent < 0).tolist()
-    yield realize(forest), (_tree(tree_rows(trace, root=root, forms=forms)) for root in roots)
-
-
-def _tree(rows: Iterator[TreeRow]) -> list[list[Any]]:
-    """Rows as depth, symbol, note, line and details; what follows `_MOST_ROWS` is counted."""
-    listed: list[list[Any]] = []
-    rest = 0
-    for row in rows:
-        if len(listed) == _MOST_ROWS:
-            rest += 1
-            continue
-        place = row.rule_at or row.made_at
-        line = 0 if place is None else place.line
-        listed.append([row.depth, row.symbol, row.note, line, " · ".join(row.details)])
-    return listed + ([[1, "", f"… {rest:,} more rows", 0, ""]] if rest else [])
+    yield realize(forest), (listed_tree(tree_rows(trace, root=root, forms=forms)) for root in roots)
 
 
 def _entry(record: ModelRecord, scene: Scene, tree: list[list[Any]]) -> dict[str, Any]:

@@ -5,16 +5,24 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
 
 from grammarlab.arrays import Floats
 from grammarlab.errors import UsageError
 
-Rows = ArrayLike | sparse.sparray | sparse.spmatrix
+
+class SparseRows(Protocol):
+    """A sparse table, such as those of SciPy, which this module does without: it takes long to load."""
+
+    def toarray(self) -> Any:
+        """Dense table [n, F]."""
+        ...
+
+
+Rows = ArrayLike | SparseRows
 """Features of models: [n, F], one row per model, dense or sparse."""
 
 MAX_SCORE = 100.0
@@ -99,7 +107,7 @@ def dense_rows(rows: Rows, what: str = "rows") -> Floats:
         UsageError: If they are not such a table; the message names the first bad row and column.
     """
     values: Any = rows
-    if isinstance(rows, sparse.sparray | sparse.spmatrix):
+    if hasattr(values, "toarray"):
         values = values.toarray()
     try:
         table = np.asarray(values, dtype=np.float64)

@@ -29,7 +29,8 @@ export function makeCompare(page) {
     title: "Remove the answer (Delete)",
     class: "gl-button gl-quiet",
   });
-  const more = textButton("More pairs", () => void page.ask("populate", { way: "pairs" }), {
+  const next = () => void page.ask("new_models", { way: "pairs" });
+  const more = textButton("More pairs", next, {
     title: "Show other pairs of models",
   });
   const section = element(
@@ -95,7 +96,9 @@ export function makeCompare(page) {
   function say(verdict) {
     if (!pair()) return;
     page.compare(pair().models, verdict);
-    if (verdict !== null && page.state.view !== "product") go(index + 1);
+    if (verdict === null || page.state.view === "product") return;
+    if (pairs().every((each) => saidOf(each).said !== null)) next();
+    else go(index + 1);
   }
 
   /** @param {number} to */
@@ -129,7 +132,7 @@ export function makeCompare(page) {
     if (!pair()) return;
     const open = pairs().filter((each) => saidOf(each).said === null).length;
     const { said, saved } = saidOf(pair());
-    const words = open ? "Which one would you rather have?" : "All are answered: update, or show more pairs.";
+    const words = open ? "Which one would you rather have?" : "All are answered; others come.";
     const asked = `Pair ${index + 1} of ${pairs().length}. ${words}`;
     if (heading.textContent !== asked) heading.textContent = asked;
     page.selection.follow(pair().models);

@@ -1,5 +1,6 @@
 import { Cell } from "./cell.js";
 import { element } from "../shared/element.js";
+import { textButton } from "../shared/menu.js";
 import { inWords, knownOf } from "./known.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -15,6 +16,7 @@ const LARGEST = 1200;
 const ROOMY = 104; // pixels of a tile from which on numbers fit beside its bars
 const BARS = 12; // pixels that they take below a tile
 const ROOMY_BARS = 27;
+const BY_HAND = 1500; // ms after a wheel, a finger or a scroll bar in which what comes into view was scrolled to
 const NARROW = 620; // pixels of width below which grids stand one above the other
 
 /**
@@ -27,7 +29,8 @@ export function makeDisplay(page) {
   /** @type {{ element: HTMLElement, title: HTMLElement, list: HTMLElement, cells: Cell[] }[]} */
   const grids = [];
   const board = element("div", { class: "gl-board" });
-  const stage = element("div", { class: "gl-stage" }, board);
+  const more = textButton("More models", () => ask(), { class: "gl-button gl-quiet gl-more" });
+  const stage = element("div", { class: "gl-stage" }, board, more);
   const about = element("p", { class: "gl-about" });
   const { pictures } = page;
   let zoom = 1;
@@ -35,9 +38,26 @@ export function makeDisplay(page) {
   let size = 0;
   let frame = 0;
   let zoomed = () => {};
+  let asked = ""; // what was shown when more was asked for
+  let moved = -Infinity; // when a hand moved what is shown, ms
 
   const resizes = new ResizeObserver(() => fit());
   resizes.observe(stage);
+
+  // Scrolling goes on without an end: what is in line comes when the end is near. Keys only move to what is there.
+  for (const kind of /** @type {const} */ (["wheel", "touchmove", "pointerdown"]))
+    stage.addEventListener(kind, () => (moved = performance.now()), { passive: true });
+  const atEnd = new IntersectionObserver(([{ isIntersecting }]) => {
+    if (isIntersecting && performance.now() - moved < BY_HAND) ask();
+  });
+  atEnd.observe(more);
+
+  function ask() {
+    const now = page.selection.order.join();
+    if (asked === now) return;
+    asked = now;
+    void page.ask("more");
+  }
 
   /** @param {State} state */
   function update(state) {
@@ -182,6 +202,7 @@ export function makeDisplay(page) {
 
   function close() {
     resizes.disconnect();
+    atEnd.disconnect();
   }
 
   return {

@@ -1,7 +1,11 @@
 import { scaleOf, scoreOfKey } from "../shared/scale.js";
+import { knownOf } from "./known.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("./display.js").makeDisplay>} Display */
+
+/** Ways that show models because they have scores. */
+const RATED = ["scored", "already ranked"];
 
 /** The keys and their effects, for the help. */
 export const KEYS = [
@@ -25,7 +29,7 @@ export const KEYS = [
     "while comparing: prefer the left model, prefer the right model, both alike; ↑ shows the previous pair, N the next pair, Delete removes the answer, Enter shows both in 3D",
   ],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
-  ["Ctrl Enter", "update"],
+  ["Ctrl Enter", "learn from all scores now, then show new models"],
   ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"],
   ["?", "show or hide these keys"],
 ];
@@ -95,10 +99,17 @@ export function listenToKeys(page, display, panel) {
     handOn();
   }
 
-  /** After a single model the next one is selected, if the person likes that. */
+  /** After a single model the next one is selected, if the person likes that; after the last one, new models come. */
   function handOn() {
-    if (page.preferences.advance && selection.models.length === 1 && selection.cursor + 1 < selection.order.length) {
-      selection.only(selection.cursor + 1);
+    if (page.preferences.advance && selection.models.length === 1) {
+      const { order, cursor } = selection;
+      const open =
+        cursor + 1 < order.length ? cursor + 1 : order.findIndex((model) => knownOf(page, model).score === null);
+      if (open >= 0) selection.only(open);
+      else if (!RATED.includes(page.state.way)) {
+        selection.startAnew();
+        void page.ask("new_models", { way: page.state.way });
+      }
     }
     display.focus();
   }

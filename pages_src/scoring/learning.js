@@ -1,6 +1,7 @@
 import { element, svg } from "../shared/element.js";
 import { textButton } from "../shared/menu.js";
 import { makeContrasts } from "./contrasts.js";
+import { makeLine } from "./line.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
@@ -9,18 +10,16 @@ import { makeContrasts } from "./contrasts.js";
 
 /** Change in nats below which more scores change little; twice in a row means that scoring may stop. */
 const LITTLE = 0.01;
+/** Percent below which a change is none that a person could see. */
+const LEAST_SHARE = 0.1;
 
 /**
  * Learning, how much each update changed what is learned, and what the score depends on.
  * @param {Page} page
- * @returns {import("./types.js").Part & { progress: (progress: Progress | null) => void }}
+ * @returns {import("./types.js").Part & { progress: (progress: Progress | null) => void, draw: () => void }}
  */
 export function makeLearning(page) {
-  const start = textButton("Update", () => void page.ask("update"), {
-    class: "gl-button gl-primary gl-wide",
-    title: "Learn from all scores and show new models (Ctrl Enter)",
-  });
-  const bar = element("progress", { class: "gl-progress", max: 1, "aria-label": "Update" });
+  const bar = element("progress", { class: "gl-progress", max: 1, "aria-label": "Learning" });
   const stage = element("span");
   const stop = textButton("Cancel", () => void page.ask("cancel"));
   const busy = element(
@@ -35,14 +34,22 @@ export function makeLearning(page) {
   const words = element("div", { class: "gl-words" });
   const contrasts = makeContrasts(page);
   const why = element("div", {}, element("h3", {}, "What the score depends on"), words, contrasts.element, relevance);
-  const section = element("section", { class: "gl-card", "aria-label": "Learning" }, start, busy, hint, chart, why);
+  const line = makeLine(page);
+  const section = element(
+    "section",
+    { class: "gl-card", "aria-label": "Learning" },
+    line.element,
+    busy,
+    hint,
+    chart,
+    why,
+  );
   let drawn = "";
 
   /** @param {State} state */
   function update(state) {
     progress(state.updating);
-    start.disabled = said(state) === "";
-    start.classList.toggle("gl-calm", state.fresh);
+    line.draw();
     hint.textContent = hintOf(state);
     why.hidden = state.relevance.length === 0;
     words.replaceChildren(...state.words.map((line) => element("p", {}, line)));
@@ -55,7 +62,6 @@ export function makeLearning(page) {
 
   /** @param {Progress | null} now */
   function progress(now) {
-    start.hidden = now !== null;
     busy.hidden = now === null;
     if (!now) return;
     stage.textContent = `${now.stage}…`;
@@ -63,13 +69,13 @@ export function makeLearning(page) {
     else bar.removeAttribute("value");
   }
 
-  return { element: section, update, progress };
+  return { element: section, update, progress, draw: line.draw };
 }
 
 /** @param {State} state */
 function hintOf(state) {
   const [{ fresh, chart, gain, turn, active }, all] = [state, said(state)];
-  if (!all) return "Score some models, then update: new models follow your scores.";
+  if (!all) return "Score some models: those in line follow your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const steady = last.length === 2 && last.every(({ js }) => js < LITTLE);
@@ -82,6 +88,7 @@ function hintOf(state) {
 /** A divergence as a share of the largest one, that of two kinds of models without a common one. @param {number} nats */
 function asShare(nats) {
   const share = (100 * nats) / Math.LN2;
+  if (share < LEAST_SHARE) return `less than ${LEAST_SHARE} %`;
   return `${share >= 10 ? Math.round(share) : Number(share.toPrecision(1))} %`;
 }
 

@@ -4,7 +4,7 @@ import { makeCompare } from "./compare.js";
 import { makeDisplay } from "./display.js";
 import { element, iconButton } from "../shared/element.js";
 import { makeHelp } from "../shared/help.js";
-import { understands, waitingRoot } from "../shared/open.js";
+import { isAlone, understands, waitingRoot } from "../shared/open.js";
 import { makeFactors } from "./factors.js";
 import { KEYS, listenToKeys } from "./keyboard.js";
 import { makeLearning } from "./learning.js";
@@ -90,6 +90,7 @@ function build(root, channel, first) {
     if (page.state.pairs) compare.draw();
     else display.drawSoon();
     recent.draw();
+    learning.draw();
     scoring.update();
   };
   let way = "default"; // how models were chosen before pairs were
@@ -121,7 +122,7 @@ function build(root, channel, first) {
     ahead: new Ahead(),
     pairwise() {
       const pairs = !page.ahead.of("pairs", page.state.pairs !== null);
-      void page.ahead.set("pairs", pairs, page.ask("populate", { way: pairs ? "pairs" : way }));
+      void page.ahead.set("pairs", pairs, page.ask("new_models", { way: pairs ? "pairs" : way }));
     },
     factor() {
       const { factors, active } = page.state;
@@ -293,11 +294,6 @@ function build(root, channel, first) {
 /** @param {KeyboardEvent} event */
 function inDialog({ target }) {
   return target instanceof Element && target.closest("dialog[open]") !== null;
-}
-
-/** Whether the page has a window of its own. */
-function isAlone() {
-  return document.body.classList.contains("gl-alone");
 }
 
 const alone = document.getElementById("grammarlab");

@@ -22,7 +22,7 @@ export function makeRecent(page) {
   const entries = new Map();
 
   function update() {
-    page.pictures.keep(page.state.recent);
+    page.pictures.keep([...page.state.recent, ...page.state.line]);
     draw();
   }
 

@@ -14,6 +14,8 @@ export class Selection {
   /** Position where a range begins. */
   #anchor = 0;
   #changed;
+  /** Whether the keyboard goes to the first model once others are shown. */
+  #anew = false;
 
   /** @param {() => void} changed */
   constructor(changed) {
@@ -30,8 +32,18 @@ export class Selection {
     return this.order[this.cursor];
   }
 
+  /** Goes to the first model once others are shown. */
+  startAnew() {
+    this.#anew = true;
+  }
+
   /** Shows other models, or the same in another order. @param {string[]} order */
   show(order) {
+    if (this.#anew && order.length && !order.includes(this.order[this.cursor])) {
+      this.order = order;
+      this.#anew = false;
+      return this.only(0);
+    }
     const follow = (/** @type {number} */ position) => {
       const found = order.indexOf(this.order[position]);
       return found >= 0 ? found : Math.min(position, Math.max(order.length - 1, 0));

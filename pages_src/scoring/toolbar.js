@@ -23,7 +23,7 @@ const SIZES = [
 export function makeToolbar(page, display, pointer) {
   const way = chooserButton("by");
   const size = chooserButton("Grid");
-  const again = textButton("New models", () => void page.ask("populate", { way: page.state.way }), {
+  const again = textButton("New models", () => void page.ask("new_models", { way: page.state.way }), {
     title: "Show other models, chosen by the method in the menu beside",
   });
   const compare = toggleButton("Compare", "Compare two models at a time (C)", page.pairwise);
@@ -70,7 +70,7 @@ export function makeToolbar(page, display, pointer) {
     return page.state.ways.map(({ name, label, says }) => {
       const show = () => {
         close();
-        void page.ask("populate", { way: name });
+        void page.ask("new_models", { way: name });
       };
       return choice(label, says, show, { checked: name === page.state.way });
     });

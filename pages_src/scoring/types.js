@@ -36,6 +36,7 @@
  * @property {Layout} layout
  * @property {string} way
  * @property {Grid[]} grids
+ * @property {string[]} line the first models that come next without a wait
  * @property {Record<string, Model>} models
  * @property {Pair[] | null} pairs that are shown; null where models are shown in grids
  * @property {string[]} recent scored models of the active factor, the latest first

@@ -78,7 +78,7 @@ export function makeRule(channel, mark) {
     }
   }
 
-  return { element: panel, open, pick, step };
+  return { element: panel, open, pick, step, clear };
 }
 
 /** @param {ModelPart} part */

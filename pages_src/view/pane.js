@@ -1,6 +1,6 @@
 import { element } from "../shared/element.js";
 import { show } from "../viewer/viewer.js";
-import { makeTree } from "./tree.js";
+import { makeTree } from "../shared/tree.js";
 
 /** @typedef {import("./types.js").Run} Run */
 /** @typedef {import("./types.js").Model} Model */
@@ -18,15 +18,24 @@ export function makePane(run, { damping, moved, complain }) {
     "aria-label": `${run.name} in 3D: Shift with arrows turns, + and − zoom`,
   });
   const picked = element("span", { class: "vi-picked", role: "status" });
-  const tree = makeTree((symbol) => {
-    view?.markNamed(symbol);
-    picked.textContent = symbol ? `${symbol}: shown in green` : "";
-  });
+  const tree = makeTree(([, symbol]) => mark(symbol));
   const title = element("h2", { class: "vi-title" });
   const facts = element("dl", { class: "vi-facts" });
   /** @type {ReturnType<typeof show> | null} */
   let view = null;
   new ResizeObserver(() => view?.resize()).observe(canvas);
+
+  /** @param {string} symbol of the clicked part */
+  function find(symbol) {
+    tree.go(tree.rowOf(symbol));
+    mark(symbol);
+  }
+
+  /** @param {string} symbol */
+  function mark(symbol) {
+    view?.markNamed(symbol);
+    picked.textContent = symbol ? `${symbol}: shown in green` : "";
+  }
 
   return {
     room: element("div", { class: "gl-room vi-room" }, canvas, element("div", { class: "vi-caption" }, title, picked)),
@@ -51,7 +60,7 @@ export function makePane(run, { damping, moved, complain }) {
       picked.textContent = "";
       if (!model) return view?.clear();
       try {
-        view ??= show(canvas, { damping, moved, named: (symbol) => tree.find(symbol) });
+        view ??= show(canvas, { damping, moved, named: find });
         await view.load(await unpacked(model.glb));
         canvas.dataset.shown = String(index);
       } catch (error) {

@@ -186,27 +186,35 @@ export function show(canvas, { damping = true, picked = () => {}, named = () => 
     return found;
   }
 
-  /** Marks triangles of one mesh of the model; null marks none. @param {[number, number] | null} triangles */
+  /** Marks triangles of the model: first ones and ends in turn; null marks none. @param {number[] | null} triangles */
   function mark(triangles) {
     scene.remove(marked);
     marked.geometry.dispose();
-    if (triangles) {
-      for (const [part, first] of firsts()) {
-        const { geometry } = /** @type {Mesh} */ (part);
-        const start = 3 * (triangles[0] - first);
-        if (start < 0 || start >= cornersOf(geometry)) continue;
-        const { position } = geometry.attributes;
-        const points = [];
-        for (let corner = start; corner < 3 * (triangles[1] - first); corner++) {
+    const points = triangles ? cornersIn(triangles) : [];
+    if (points.length) {
+      marked.geometry = new BufferGeometry();
+      marked.geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
+      scene.add(marked);
+    }
+    draw();
+  }
+
+  /** Coordinates of the corners of triangles. @param {number[]} triangles first ones and ends in turn */
+  function cornersIn(triangles) {
+    const points = [];
+    for (const [part, first] of firsts()) {
+      const { geometry } = /** @type {Mesh} */ (part);
+      const { position } = geometry.attributes;
+      for (let run = 0; run < triangles.length; run += 2) {
+        const start = Math.max(3 * (triangles[run] - first), 0);
+        const end = Math.min(3 * (triangles[run + 1] - first), cornersOf(geometry));
+        for (let corner = start; corner < end; corner++) {
           const row = geometry.index ? geometry.index.getX(corner) : corner;
           points.push(position.getX(row), position.getY(row), position.getZ(row));
         }
-        marked.geometry = new BufferGeometry();
-        marked.geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
-        scene.add(marked);
       }
     }
-    draw();
+    return points;
   }
 
   /** Colours the parts of a symbol; none for an empty one. @param {string} symbol */

@@ -3,6 +3,9 @@ import { element, iconButton } from "../shared/element.js";
 /** @typedef {import("./types.js").Control} Control */
 /** @typedef {import("./types.js").State} State */
 
+/** A colour of CGA, perhaps with transparency. */
+const HEXADECIMAL = /^#[0-9a-f]{6}([0-9a-f]{2})?$/i;
+
 /**
  * Sliders, menus, switches and fields of attributes.
  * @param {(name: string, value: string | null) => void} set a value; null for that of the file
@@ -94,6 +97,7 @@ function makeField({ kind, label, choices, low, high, step }, give) {
     "aria-label": label,
     onchange: () => typed.value && give(typed.value),
   });
+  if (kind === "color") return makeColor(label, typed, give);
   const isSlider = kind === "number" && low !== null && high !== null && high > low;
   if (!isSlider) return { elements: [typed], show: (/** @type {string} */ value) => showUnlessTyping(typed, value) };
   const slider = element("input", {
@@ -113,12 +117,38 @@ function makeField({ kind, label, choices, low, high, step }, give) {
     elements: [slider, typed],
     show(/** @type {string} */ value) {
       showUnlessTyping(typed, value);
-      if (document.activeElement !== slider) slider.value = value || String((low + high) / 2);
+      if (!slider.matches(":focus")) slider.value = value || String((low + high) / 2);
     },
   };
 }
 
+/**
+ * A palette beside the text of a colour, which may have transparency.
+ * @param {string} label
+ * @param {HTMLInputElement} typed
+ * @param {(value: string) => void} give
+ */
+function makeColor(label, typed, give) {
+  const palette = element("input", { class: "wa-color", type: "color", "aria-label": `${label}, palette` });
+  palette.addEventListener("input", () => {
+    typed.value = palette.value + rest(typed.value);
+    give(typed.value);
+  });
+  return {
+    elements: [palette, typed],
+    show(/** @type {string} */ value) {
+      showUnlessTyping(typed, value);
+      if (HEXADECIMAL.test(value)) palette.value = value.slice(0, 7).toLowerCase();
+    },
+  };
+}
+
+/** The transparency of a colour, which a palette has not. @param {string} color */
+function rest(color) {
+  return HEXADECIMAL.test(color) ? color.slice(7) : "";
+}
+
 /** @param {HTMLInputElement} input @param {string} value */
 function showUnlessTyping(input, value) {
-  if (document.activeElement !== input) input.value = value;
+  if (!input.matches(":focus")) input.value = value;
 }

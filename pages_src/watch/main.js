@@ -3,8 +3,9 @@ import { element, iconButton } from "../shared/element.js";
 import { makeHelp } from "../shared/help.js";
 import { textButton } from "../shared/menu.js";
 import { LOST, makeAsk, makeNotes } from "../shared/notes.js";
-import { openPage } from "../shared/open.js";
+import { isAlone, openPage } from "../shared/open.js";
 import { makeRule } from "../shared/rule.js";
+import { makeTree } from "../shared/tree.js";
 import { viewerCode } from "../shared/viewer_code.js";
 import { makeControls } from "./controls.js";
 import { makeSheet } from "./sheet.js";
@@ -58,7 +59,14 @@ function build(root, channel, first) {
     "aria-label": "Model in 3D: Shift with arrows turns, + and − zoom, up and down name the rules of its parts",
   });
   const mistakes = element("div", { class: "wa-mistakes", role: "alert" });
-  const rule = makeRule(channel, (triangles) => view?.mark(triangles));
+  const rule = makeRule(channel, (triangles) => {
+    view?.mark(triangles);
+    if (triangles) tree.go(tree.rowAt(triangles[0]));
+  });
+  const tree = makeTree(([, , , , , triangles]) => {
+    rule.clear();
+    view?.mark(triangles ?? null);
+  });
   const controls = makeControls((name, value) => void ask("set", { name, value }));
   const sheet = makeSheet(
     () => void ask("sheet"),
@@ -118,6 +126,7 @@ function build(root, channel, first) {
         ),
         sheet.element,
         controls.element,
+        element("section", { class: "gl-card wa-tree", "aria-label": "Tree" }, element("h2", {}, "Tree"), tree.element),
       ),
     ),
     notes.element,
@@ -137,8 +146,9 @@ function build(root, channel, first) {
     want(now, here + by);
   }
 
-  addEventListener("keydown", (event) => {
+  const keyed = (/** @type {KeyboardEvent} */ event) => {
     const on = event.target;
+    if (event.defaultPrevented) return;
     const isTyping =
       on instanceof HTMLElement && on.closest("input:not([type=range], [type=checkbox]), select, dialog[open]");
     if (isTyping || event.altKey) return;
@@ -159,7 +169,13 @@ function build(root, channel, first) {
     else if (key === "?") help.open();
     else return;
     event.preventDefault();
-  });
+  };
+  root.addEventListener("keydown", keyed);
+  // Before the first click, keys belong to nothing on the page; in a notebook they are the notebook's.
+  const loose = (/** @type {KeyboardEvent} */ event) => {
+    if (event.target === document.body) keyed(event);
+  };
+  if (isAlone()) document.addEventListener("keydown", loose);
 
   async function load() {
     const wanted = state.version;
@@ -167,12 +183,13 @@ function build(root, channel, first) {
     shown = wanted;
     const now = `${state.seed} ${state.model}`;
     try {
-      const [{ buffers }, { show }] = await Promise.all([channel.request("model"), code()]);
+      const [{ result, buffers }, { show }] = await Promise.all([channel.request("model"), code()]);
       const damping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
       view ??= show(canvas, { damping, picked: rule.pick });
       rule.open("");
       // After a save one goes on looking at the same place.
       await view.load(buffers[0], now === shownOf);
+      tree.show(result.tree);
       shownOf = now;
       Object.assign(canvas.dataset, { version: wanted, shown: now });
     } catch (error) {
@@ -187,7 +204,7 @@ function build(root, channel, first) {
       ahead.told();
       title.textContent = state.title;
       title.title = state.file;
-      document.title = `${state.title} – grammarlab`;
+      if (isAlone()) document.title = `${state.title} – grammarlab`;
       const errors = state.mistakes.filter(({ severity }) => severity === "error").length;
       status.dataset.state = state.busy || errors ? "saving" : "saved";
       status.textContent = state.busy
@@ -201,7 +218,7 @@ function build(root, channel, first) {
         [seed, state.seed],
         [model, state.model],
       ]))
-        if (document.activeElement !== input) input.value = String(value);
+        if (!input.matches(":focus")) input.value = String(value);
       undo.disabled = !state.undo;
       undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
       redo.disabled = !state.redo;
@@ -213,6 +230,12 @@ function build(root, channel, first) {
     /** @param {boolean} connected */
     connection(connected) {
       notes.announce(connected ? "" : LOST);
+    },
+    close() {
+      document.removeEventListener("keydown", loose);
+      resizes.disconnect();
+      view?.dispose();
+      help.close();
     },
   };
 }
@@ -243,4 +266,4 @@ function number(label, given) {
   return input;
 }
 
-openPage("wa-page", "Making the first model…", build);
+export default openPage("wa-page", "Making the first model…", build);

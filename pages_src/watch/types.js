@@ -5,7 +5,7 @@
  * @property {string} name of the attribute
  * @property {string} label
  * @property {string} group
- * @property {"number" | "text" | "switch" | "menu"} kind
+ * @property {"number" | "text" | "switch" | "menu" | "color"} kind
  * @property {string} value in the rule file; empty if it is drawn or computed
  * @property {number | null} low
  * @property {number | null} high

@@ -134,9 +134,8 @@ class ScoringPage:
         expect(self.page.locator(".gl-cell .gl-score:not(:empty)")).to_have_count(0)
 
     def update(self) -> None:
-        """Learns from all scores, and waits for the models that come then."""
-        points = self.page.locator(".gl-dot")
-        before = points.count()
-        self.button("Update").click()
-        expect(points).to_have_count(before + 1)
-        expect(self.button("Update")).to_be_visible()
+        """Learns from all scores now, and waits for the models that come then."""
+        models = self.models()
+        self.press("Control+Enter")
+        expect(self.page.locator(f'.gl-cell[data-model="{models[0]}"]')).to_have_count(0)
+        expect(self.page.locator(".gl-busy")).to_be_hidden()

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from grammarlab.assets.mesh_files import MAX_BYTES
-from grammarlab.runs.sample.shipped import find_rules, shipped_examples, shipped_species
+from grammarlab.runs.sample.shipped import find_rules, shipped_examples, shipped_facades, shipped_species
 from grammarlab.runs.sample.shipped_sheet import save_sheet
 from grammarlab.runs.work.executors import SERIAL
 from tests.runs.grammars import BROKEN, TOWER
@@ -210,8 +210,10 @@ def test_format_leaves_a_file_with_errors_alone(run, rules):
 def test_list_shows_every_shipped_example_with_a_description(run):
     lines = run("list").stdout.splitlines()
     values = json.loads(run("list", "--json").stdout)
-    assert values.keys() == {"examples", "species"}
-    assert [line.split()[0] for line in lines] == [source.name for source in (*shipped_examples(), *shipped_species())]
-    for key, sources in (("examples", shipped_examples()), ("species", shipped_species())):
+    groups = {"examples": shipped_examples(), "facades": shipped_facades(), "species": shipped_species()}
+    assert values.keys() == groups.keys()
+    assert [line.split()[0] for line in lines] == [source.name for sources in groups.values() for source in sources]
+    assert all(find_rules(source.name) == source for sources in groups.values() for source in sources)
+    for key, sources in groups.items():
         assert [entry["name"] for entry in values[key]] == [source.name for source in sources]
         assert all(entry["description"] for entry in values[key])

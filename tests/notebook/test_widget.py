@@ -3,11 +3,12 @@
 import multiprocessing
 import subprocess
 import sys
+from contextlib import closing
 
 import pytest
 
 from grammarlab.errors import GrammarlabError, UsageError
-from grammarlab.notebook import ScoringSession
+from grammarlab.notebook import RuleView, ScoringSession
 from tests.waiting import PATIENCE, wait_until
 
 
@@ -187,3 +188,15 @@ def test_workers_of_a_script_without_a_guard_repeat_nothing_that_it_scores(tmp_p
     session = ScoringSession("toy", tmp_path / "toys.db", jobs=0)
     assert session.labels.scores.tolist() == [80, 80, 80]
     session.close()
+
+
+def test_a_rule_file_in_a_notebook_is_answered_as_in_the_browser(monkeypatch, tmp_path):
+    sent = []
+    monkeypatch.setattr(RuleView, "send", lambda self, message, buffers=(): sent.append((message, buffers)))
+    (tmp_path / "house.cga").write_text("Lot --> extrude(3) comp(f) { all : Wall }")
+    with closing(RuleView(str(tmp_path / "house.cga"))) as page:
+        wait_until(lambda: page.state.get("version") == 1)
+        page._receive(page, {"id": "k-1", "command": "model"}, [])
+        wait_until(lambda: any(message.get("id") == "k-1" for message, _ in sent))
+        message, (glb,) = next(entry for entry in sent if entry[0].get("id") == "k-1")
+        assert (glb[:4], [row[1] for row in message["result"]["tree"]]) == (b"glTF", ["Lot", "Wall"])

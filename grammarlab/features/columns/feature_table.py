@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.randomness import fold, root_keys
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,9 @@ def distinguishable(counts: sparse.csr_array, order: Ints) -> Ints:
         counts: [models, F] float64.
         order: [F] all columns; the first one of a set is kept.
     """
+    # Imported here, since a page shows its first pictures without it.
+    from scipy import sparse  # noqa: PLC0415
+
     num_models, width = size_of(counts)
     models = np.arange(num_models, dtype=np.int64)
     weights = np.stack([fold(root_keys(0, models), salt) for salt in (0, 1)])

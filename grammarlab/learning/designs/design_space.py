@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -18,8 +18,9 @@ from grammarlab.language.display_names import DisplayNames
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
 from grammarlab.scene.instances import Scene
-from grammarlab.tastes.basic_quantities import Elements
-from grammarlab.tastes.language import Candidates, candidates
+
+if TYPE_CHECKING:
+    from grammarlab.tastes.language import Candidates
 
 Designs = TypeVar("Designs")
 """A batch of n designs, in the representation of a space; for a grammar a `Forest`."""
@@ -141,6 +142,10 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
 
         Made of at most a few thousand designs; `values` has the candidates of others.
         """
+        # Imported here, since a page shows its first pictures without what learns.
+        from grammarlab.tastes.basic_quantities import Elements  # noqa: PLC0415
+        from grammarlab.tastes.language import candidates  # noqa: PLC0415
+
         return candidates(Elements.of_columns({}, len(self.values(designs, ()))))
 
     @abstractmethod

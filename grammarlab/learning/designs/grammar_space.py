@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,7 +24,6 @@ from grammarlab.errors import UsageError, shown
 from grammarlab.features.acceptance import Acceptance
 from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.features.columns.feature_table import FeatureTable
-from grammarlab.features.columns.vocabulary import Options, Vocabulary
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.features.patterns.pattern_checks import check
@@ -41,9 +41,12 @@ from grammarlab.learning.designs.flattening import Flattened, flattened
 from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
 from grammarlab.scene.instances import realize
 from grammarlab.scene.triangles import leaf_of_triangle
-from grammarlab.tastes.attribute_readers import readers_of
-from grammarlab.tastes.basic_quantities import Elements, Readers
-from grammarlab.tastes.language import Candidates, candidates
+
+if TYPE_CHECKING:
+    # Imported where they are used: a page shows its first pictures without what learns.
+    from grammarlab.features.columns.vocabulary import Vocabulary
+    from grammarlab.tastes.basic_quantities import Readers
+    from grammarlab.tastes.language import Candidates
 
 _BATCH_MODELS = 1_000
 """Number of accepted models per batch."""
@@ -160,6 +163,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return self.tabulated(designs, features)[0]
 
     def tabulated(self, designs: Sequence[Forest], features: FeatureOptions) -> tuple[Vocabulary, FeatureTable]:
+        from grammarlab.features.columns.vocabulary import Options, Vocabulary  # noqa: PLC0415
+
         families = features.families
         options = Options(
             length=features.path_length,
@@ -172,11 +177,16 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return Vocabulary.find_with_table(designs, options)
 
     def candidates(self, designs: Sequence[Forest]) -> Candidates:
+        from grammarlab.tastes.basic_quantities import Elements  # noqa: PLC0415
+        from grammarlab.tastes.language import candidates  # noqa: PLC0415
+
         return candidates(Elements.of(designs, self._readers))
 
     @cached_property
     def _readers(self) -> Readers:
         """Branches that read attributes."""
+        from grammarlab.tastes.attribute_readers import readers_of  # noqa: PLC0415
+
         return readers_of(self.grammar)
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:

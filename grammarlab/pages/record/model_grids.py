@@ -13,7 +13,9 @@ from grammarlab.learning.designs.addresses import Address
 PAIRS = "pairs"
 """The strategy that shows two models at a time: those at the same place of two grids."""
 MAX_SIDE, MAX_GRIDS = 10, 2
-"""Rows and columns of a grid, and grids, at most."""
+"""Rows and columns of a grid as it is chosen, and grids, at most."""
+MAX_GRID = 200
+"""Largest number of models of a grid; further ones are shown below those that were chosen first."""
 MAX_MODELS = 20_000
 """Largest number of models in one event."""
 MAX_NAME = 60
@@ -104,7 +106,7 @@ def check_shown(body: Body) -> None:
         title = grid.get("title") if isinstance(grid, dict) else None
         if not isinstance(title, str) or len(title) > MAX_NAME:
             raise UsageError(f"grids: expected a title and models for each, found {shown(grid)}.")
-        checked_models(grid.get("models"), MAX_SIDE * MAX_SIDE)
+        checked_models(grid.get("models"), MAX_GRID)
     if way == PAIRS:
         sides = [grid["models"] for grid in grids]
         if len(sides) != MAX_GRIDS or len(sides[0]) != len(sides[1]):

@@ -22,7 +22,7 @@ from grammarlab.pages.windows import Message
 from grammarlab.pages.workers.tasks import DrawContrast, FindPart, MakeGlb
 from grammarlab.pages.workers.thumbnails import GOOD, LARGEST, SMALLEST, sprite_sheet
 
-MAX_PICTURES = 400
+MAX_PICTURES = 1000
 """Largest number of models in one request for pictures."""
 MAX_SHEET = 64
 """Models on a sheet."""
@@ -79,6 +79,11 @@ def _layout(desk: SessionDesk, request: Request) -> Message:
 
 def _populate(desk: SessionDesk, request: Request) -> Message:
     desk.learning.populate(request.text("way", desk.display.record.way))
+    return {"revision": desk.display.record.revision}
+
+
+def _more(desk: SessionDesk, _request: Request) -> Message:
+    desk.learning.more()
     return {"revision": desk.display.record.revision}
 
 
@@ -162,7 +167,8 @@ COMMANDS: dict[str, Command[SessionDesk]] = {
     "factor_activate": _factor_event("factor_activate"),
     "view": _event("view", "kind"),
     "layout": _layout,
-    "populate": _populate,
+    "new_models": _populate,
+    "more": _more,
     "sort": _sort,
     "features": _features,
     "update": _update,

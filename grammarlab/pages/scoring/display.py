@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 
 from grammarlab.errors import Finding, GrammarlabError, UsageError
 from grammarlab.pages.record.events import Record
-from grammarlab.pages.record.model_grids import PAIRS, Body, ModelGrid
+from grammarlab.pages.record.model_grids import MAX_GRID, PAIRS, Body, ModelGrid
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.knowledge import Knowledge, ModelPool
-from grammarlab.pages.scoring.populate import laid_out, liked_models, mixed
+from grammarlab.pages.scoring.populate import extended, laid_out, liked_models, mixed
 from grammarlab.pages.scoring.sorting import Order, sorted_grids
 from grammarlab.pages.workers.tasks import Factors
 from grammarlab.randomness import derived_seed
@@ -118,17 +118,41 @@ class SessionDisplay:
             raise UsageError("pairs are shown one after the other; choose another way to show models, and sort those.")
         self.arrange(sorted_grids(order, self.record, self.knowledge, self.pool, self.factor, self.seed))
 
+    @property
+    def is_full(self) -> bool:
+        """Whether no more models fit below those that are shown."""
+        most = max((len(grid.models) for grid in self.record.grids), default=0)
+        return most + self.record.layout.models > MAX_GRID
+
     def show(self, way: str, models: Sequence[str]) -> None:
         """Show other models, if there are any."""
+        self._show(way, self.grids_of(way, models), "There are no models to show in this way.")
+
+    def extend(self, way: str, models: Sequence[str]) -> None:
+        """Show further models below those that are shown, if there are any."""
+        shown = self.record.grids
+        following = extended(shown, self.grids_of(way, models, tuple(model for grid in shown for model in grid.models)))
+        self._show(way, following if following != list(shown) else (), "These are all models of this kind.")
+
+    def grids_of(self, way: str, models: Sequence[str], without: Sequence[str] = ()) -> list[ModelGrid]:
+        """Grids of chosen models, and of those that are predicted to be liked if both are shown.
+
+        Args:
+            way: strategy of the chosen ones.
+            models: the chosen ones.
+            without: models that are not shown as liked ones.
+        """
         layout, predicted = self.record.layout, self.knowledge.predictions_of(self.number)
         liked: list[str] = []
         if way == "default" and predicted is not None:
-            liked = liked_models(self.pool, self.record, predicted.mean, layout.models // 2, self.seed)
-        grids = mixed(liked, models, layout) if liked else laid_out(way, models, layout)
+            liked = liked_models(self.pool, self.record, predicted.mean, layout.models // 2, self.seed, without)
+        return mixed(liked, models, layout) if liked else laid_out(way, models, layout)
+
+    def _show(self, way: str, grids: Sequence[ModelGrid], otherwise: str) -> None:
         if any(grid.models for grid in grids):
             self.arrange(grids, way)
         else:
-            self.tell("There are no models to show in this way.")
+            self.tell(otherwise)
 
     def arrange(self, grids: Sequence[ModelGrid], way: str = "") -> None:
         """Show models in grids, chosen by a strategy; by default the previous one."""

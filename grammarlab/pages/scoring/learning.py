@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 from grammarlab.errors import UsageError, shown
@@ -11,21 +12,37 @@ from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.knowledge import ModelPool
 from grammarlab.pages.scoring.populate import LISTS, WAYS, fresh_samples, liked_models, next_scored, number_to_choose
-from grammarlab.pages.workers.tasks import Choose, ModelChoice, Prepare, Progress, Update
-from grammarlab.pages.workers.worker_pool import Report, TaskOutcome, WorkerPool
+from grammarlab.pages.workers.tasks import Choose, LearnedUpdate, ModelChoice, Prepare, Progress, Update
+from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
 
 UNCHANGED_MODELS = (
-    "The predictions are updated. The models stay, since you continued meanwhile; use New models for others."
+    "The predictions are updated. The models stay, since you continued meanwhile; New models shows those in line."
 )
 WIDER_POOL = "Liked models are rare, so from now on questions include many more unusual models."
 NUM_BEHIND = 8
 """New scores from which on they are learned from while the person goes on."""
+PAUSE_SECONDS = 3.0
+"""Seconds without a new score after which fewer new ones are learned from as well."""
 _UNLEARNED = ("default", "grammar", "density", "uncertainty", PAIRS)
 """Strategies that show samples of the grammar until something has been learned."""
+_LINED = ("default", "uniform", "density", "uncertainty", PAIRS)
+"""Strategies whose next models can be chosen before somebody wants them."""
+
+
+_Show = Callable[[str, Sequence[str]], None]
+"""Shows models that a strategy chose."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """Models that were chosen behind the person, and are shown at once when new ones are wanted."""
+
+    choice: ModelChoice
+    models: tuple[str, ...]
 
 
 class Learning:
-    """Updates and choices of models. All methods and callbacks are for one thread."""
+    """Updates and choices of models, behind the person. All methods and callbacks are for one thread."""
 
     def __init__(
         self, display: SessionDisplay, learners: WorkerPool, announce: Callable[[str, int, int], None]
@@ -39,12 +56,19 @@ class Learning:
         """
         self.updating: Progress | None = None
         self._display, self._learners, self._announce = display, learners, announce
-        self._is_prepared, self._is_resumed = False, bool(display.record.num_labels)
+        self._is_prepared = False
         self._ticket = self._choosing = 0
-        self._behind_revision = 0
+        self._behind = 0
+        """Ticket of the fit, or of the choice of models, that nobody waits for; 0 for none."""
+        self._line: _Line | None = None
+        self._fit_labels = 0
+        """Number of labels of the last update."""
+        self._charted = 0
+        """`LearnedUpdate.number` of the last update whose change is in the chart."""
+        self._heard = -1, 0.0
+        """`Record.label_revision` when new scores were looked for last, and when it became that, in seconds."""
+        self._behind_revision = -1
         """`Record.label_revision` of the scores that were learned from last while the person went on."""
-        self._is_behind = False
-        """Whether new scores are being learned from while the person goes on."""
 
     def populate(self, way: str) -> None:
         """Show other models, at once or after they have been chosen; of two requests the later one is used.
@@ -54,23 +78,21 @@ class Learning:
         """
         if way not in WAYS:
             raise UsageError(f"way: expected one of {', '.join(WAYS)}, found {shown(way)}.")
+        self._next_models(way, self._display.show)
+
+    def more(self) -> None:
+        """Show further models of the same strategy below those that are shown; they stay."""
         display = self._display
-        display.message = None
-        if self._choosing:
-            self._learners.cancel(self._choosing)
-        if way in LISTS:
-            display.show(way, self._listed(way))
-            return
-        number = display.record.numbers[display.record.active] if way == PAIRS else display.number
-        if way == "grammar" or (way in _UNLEARNED and display.knowledge.predictions_of(number) is None):
-            display.show(way, fresh_samples(display.pool, display.record, number_to_choose(way, display.record.layout)))
-            return
-        self.prepare()
-        choice = self._choice(way)
-        if self.updating is None:
-            self._progress("choosing models", 0, 1)
-        done = partial(self._take_choice, choice, display.record.num_shown)
-        self._choosing = self._learners.submit(Choose(display.factors, display.record.numbers, choice), done)
+        if display.record.way == PAIRS or display.is_full:
+            self.populate(display.record.way)
+        else:
+            self._next_models(display.record.way, display.extend)
+
+    def upcoming(self) -> list[str]:
+        """Models that come next without a wait, in their order; none if they have to be chosen first."""
+        display, way = self._display, self._display.record.way
+        models = None if way in LISTS else self._at_once(way)
+        return [] if models is None else [model for grid in display.grids_of(way, models) for model in grid.models]
 
     def update(self) -> None:
         """Learn from all scores, then show other models.
@@ -84,78 +106,161 @@ class Learning:
             raise UsageError("there are no scores to learn from; score some models first.")
         self._display.message = None
         self.prepare()
-        self._learn(self._choice(self._display.record.way))
+        if self._behind_revision != self._display.record.label_revision:
+            self._stop_behind()
+        self._progress("waiting", 0, 1)
+        self._ticket = self._submit(self._update_of(self._choice(self._display.record.way)), is_behind=False)
 
     def cancel(self) -> None:
         """Cancel an update."""
         if self._ticket:
             self._learners.cancel(self._ticket)
+            # Not begun again at once: the person did not want it now.
+            self._behind_revision = self._display.record.label_revision
 
     def prepare(self) -> None:
         """Start counting features, and learning from existing scores, unless it was done."""
         if not self._is_prepared:
             self._is_prepared = True
             self._learners.submit(Prepare(), self._take_features, on_progress=self._progress)
-            if self._is_resumed:
-                self._learn(None)
+            if self._display.record.num_labels:
+                self._fit_behind()
 
     def learn_behind(self) -> None:
-        """Learn from new scores if there are enough, without new models: they stay, and nobody waits."""
+        """Learn from new scores once there are enough, or the person pauses; nobody waits, and what is shown stays."""
         record, knowledge = self._display.record, self._display.knowledge
-        is_free = self._is_prepared and knowledge.features is not None and self.updating is None
+        now = time.monotonic()
+        if self._heard[0] != record.label_revision:
+            self._heard = record.label_revision, now
+        is_free = self._is_prepared and knowledge.features is not None and not self._ticket and not self._behind
         num_new = record.label_revision - max(knowledge.label_revision, self._behind_revision)
-        if not is_free or self._is_behind or not record.num_labels or num_new < NUM_BEHIND:
-            return
-        self._is_behind, self._behind_revision = True, record.label_revision
-        self._submit(self._update_of(None))
+        is_enough = num_new >= NUM_BEHIND or (num_new > 0 and now - self._heard[1] >= PAUSE_SECONDS)
+        if is_free and record.num_labels and is_enough:
+            self._fit_behind()
 
     def close(self) -> None:
         """End the process."""
         self._learners.close()
 
-    def _learn(self, choice: ModelChoice | None) -> None:
-        self._progress("waiting", 0, 1)
-        ticket = self._submit(self._update_of(choice), self._progress)
-        if choice is not None:
-            self._ticket = ticket
+    def _next_models(self, way: str, show: _Show) -> None:
+        self._display.message = None
+        if self._choosing:
+            self._learners.cancel(self._choosing)
+        models = self._at_once(way)
+        if models is not None:
+            self._chart()
+            show(way, models)
+            self._choose_behind(way)
+            return
+        self.prepare()
+        self._stop_behind()
+        choice = self._choice(way)
+        if self.updating is None:
+            self._progress("choosing models", 0, 1)
+        done = partial(self._take_choice, show, choice, self._display.record.num_shown)
+        self._choosing = self._submit_choice(choice, done)
 
-    def _update_of(self, choice: ModelChoice | None) -> Update:
+    def _at_once(self, way: str) -> list[str] | None:
+        """Models for a strategy that need not be chosen any more."""
+        display = self._display
+        if way in LISTS:
+            return self._listed(way)
+        models: list[str] = []
+        if not self._is_unlearned(way):
+            choice, line = self._choice(way), self._line
+            if way in _LINED and line and (line.choice.way, line.choice.factor) == (choice.way, choice.factor):
+                models = self._still_new(line)
+                if len(models) == len(line.models) and line.choice.num >= choice.num:
+                    return models
+            if way != "default":
+                return None
+        num = number_to_choose(way, display.record.layout)
+        return list(dict.fromkeys((*models, *fresh_samples(display.pool, display.record, num))))[:num]
+
+    def _is_unlearned(self, way: str) -> bool:
+        """Whether a strategy shows samples of the grammar."""
+        display = self._display
+        number = display.record.numbers[display.record.active] if way == PAIRS else display.number
+        return way == "grammar" or (way in _UNLEARNED and display.knowledge.predictions_of(number) is None)
+
+    def _still_new(self, line: _Line) -> list[str]:
+        """Models in line that have not been scored or shown meanwhile, if that matters."""
+        record = self._display.record
+        if line.choice.way == PAIRS:
+            return list(line.models)
+        now = {model for grid in record.grids for model in grid.models} | record.labelled_models.keys()
+        return [model for model in line.models if model not in now]
+
+    def _fit_behind(self) -> None:
+        record = self._display.record
+        self._behind_revision = record.label_revision
+        self._behind = self._submit(self._update_of(self._choice(record.way)), is_behind=True)
+
+    def _choose_behind(self, way: str) -> None:
+        """Put other models in line, after those that were in it have been shown."""
+        self._line = None
+        if self._is_prepared and way in _LINED and not self._is_unlearned(way) and not self._behind:
+            choice = self._choice(way)
+            self._behind = self._submit_choice(choice, partial(self._take_line, choice))
+
+    def _stop_behind(self) -> None:
+        """End what nobody waits for, since somebody waits for something else; it begins again afterwards."""
+        if self._behind:
+            self._learners.cancel(self._behind)
+            self._behind_revision = self._display.knowledge.label_revision
+
+    def _chart(self) -> None:
+        """Record the change by the last update, once models that it chose are shown."""
+        display, learned = self._display, self._display.knowledge.learned
+        if learned is None or self._charted == learned.number:
+            return
+        self._charted = learned.number
+        # Recorded before models of a wider pool are shown, so that a killed session has it.
+        wide = {"wide": True} if learned.wide else {}
+        display.note("learned", {"labels": self._fit_labels, "js": learned.js} | wide)
+
+    def _update_of(self, choice: ModelChoice) -> Update:
         record, features = self._display.record, self._display.knowledge.features
         version = 0 if features is None else features.version
-        return Update(self._display.factors, record.numbers, choice, version, record.wide)
+        return Update(self._display.factors, record.numbers, choice, version, record.wide, self._charted)
 
-    def _submit(self, update: Update, on_progress: Report | None = None) -> int:
+    def _submit(self, update: Update, *, is_behind: bool) -> int:
         record = self._display.record
-        done = partial(self._take_update, update, (record.num_shown, record.label_revision))
-        return self._learners.submit(update, done, on_progress=on_progress)
+        done = partial(self._take_update, update, (record.num_shown, record.label_revision), is_behind)
+        return self._learners.submit(update, done, on_progress=None if is_behind else self._progress)
 
-    def _take_update(self, update: Update, revision: tuple[int, int], outcome: TaskOutcome) -> None:
-        choice, display = update.choice, self._display
-        is_behind, self._is_behind = choice is None and self._is_behind, False
-        if choice is not None:
-            self._ticket = 0
+    def _submit_choice(self, choice: ModelChoice, done: Callable[[TaskOutcome], None]) -> int:
+        return self._learners.submit(Choose(self._display.factors, self._display.record.numbers, choice), done)
+
+    def _take_update(self, update: Update, revision: tuple[int, int], is_behind: bool, outcome: TaskOutcome) -> None:
+        display = self._display
         if is_behind:
+            self._behind = 0
             display.notify()
         else:
+            self._ticket = 0
             self._progress_ended()
         if outcome.value is None:
-            display.message = outcome.error or "The update was cancelled; predictions are as they were."
+            if not (is_behind and outcome.cancelled):
+                display.message = outcome.error or "The update was cancelled; predictions are as they were."
             return
-        learned = outcome.value
+        learned: LearnedUpdate = outcome.value
         if learned.wide != display.pool.pool.wide:
             display.pool = ModelPool(display.store.about.seed, display.store.about.size, learned.wide)
         display.knowledge.take(learned, revision[1], update.numbers)
         # The wider pool may have been widened by this update.
         self._learners.recall = replace(update, choice=None, wide=learned.wide)
-        widened = (WIDER_POOL,) if choice is not None and learned.wide and not display.record.wide else ()
+        widened = (WIDER_POOL,) if learned.wide and not display.record.wide else ()
         display.message = " ".join((*learned.left_out, *widened)) or (display.message if is_behind else None)
-        if choice is not None:
-            # Recorded before models of a wider pool are shown, so that a killed session has it.
-            labels = sum(map(len, display.factors.values()))
-            display.note("learned", {"labels": labels, "js": learned.js} | ({"wide": True} if learned.wide else {}))
-        if choice is not None and learned.chosen is not None:
+        self._fit_labels = sum(map(len, update.factors.values()))
+        if update.choice is None or learned.chosen is None:
+            return
+        self._line = _Line(update.choice, learned.chosen)
+        if not is_behind:
+            self._chart()
             if revision == (display.record.num_shown, display.record.label_revision):
-                display.show(choice.way, learned.chosen)
+                display.show(update.choice.way, learned.chosen)
+                self._choose_behind(update.choice.way)
             else:
                 display.message = " ".join((UNCHANGED_MODELS, *widened))
 
@@ -165,15 +270,24 @@ class Learning:
         if outcome.error:
             self._display.message = outcome.error
 
-    def _take_choice(self, choice: ModelChoice, num_shown: int, outcome: TaskOutcome) -> None:
+    def _take_choice(self, show: _Show, choice: ModelChoice, num_shown: int, outcome: TaskOutcome) -> None:
         self._choosing = 0
         self._progress_ended()
         if outcome.value is None:
             self._display.message = outcome.error or None
         elif self._display.record.num_shown == num_shown:
-            self._display.show(choice.way, outcome.value)
+            self._chart()
+            show(choice.way, outcome.value)
+            self._choose_behind(choice.way)
+
+    def _take_line(self, choice: ModelChoice, outcome: TaskOutcome) -> None:
+        self._behind = 0
+        if outcome.value is not None:
+            self._line = _Line(choice, outcome.value)
+            self._display.notify()
 
     def _listed(self, way: str) -> list[str]:
+        """Models of a list, as far as they fit."""
         display = self._display
         predicted, num = display.knowledge.predictions_of(display.number), display.record.layout.models
         if way == "scored":

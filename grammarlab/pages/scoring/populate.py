@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.pages.record.events import Record
-from grammarlab.pages.record.model_grids import PAIRS, GridLayout, ModelGrid
+from grammarlab.pages.record.model_grids import MAX_NAME, PAIRS, GridLayout, ModelGrid
 from grammarlab.pages.scoring.knowledge import ModelPool
 
 NUM_PAIRS = 8
@@ -43,6 +44,7 @@ WAYS = {
 LISTS = ("liked", "scored")
 """Strategies that list models, and choose nothing to ask about."""
 
+_NOTHING = ModelGrid("", ())
 _MIXED = ("may be liked, the best first", "tell the most")
 """Titles of the halves of the strategy ``default``, once something has been learned."""
 _TITLES = {
@@ -100,7 +102,30 @@ def mixed(liked: Sequence[str], chosen: Sequence[str], layout: GridLayout) -> li
     return [ModelGrid(title, tuple(models)) for title, models in zip(_MIXED, (liked, others), strict=True)]
 
 
-def liked_models(pool: ModelPool, record: Record, predicted: NDArray[np.floating], num: int, seed: int) -> list[str]:
+def extended(shown: Sequence[ModelGrid], following: Sequence[ModelGrid]) -> list[ModelGrid]:
+    """Grids with further models below those that are shown; none is shown twice."""
+    now = {model for grid in shown for model in grid.models}
+    return [
+        ModelGrid(_joined(grid.title, more.title), (*grid.models, *(name for name in more.models if name not in now)))
+        for grid, more in zip_longest(shown, following, fillvalue=_NOTHING)
+    ]
+
+
+def _joined(title: str, more: str) -> str:
+    """Title of a grid in which models of another kind follow; it says the last kind, since titles are bounded."""
+    if title.endswith(more):
+        return title
+    return f"{title.split(', then ', maxsplit=1)[0] or 'more'}, then {more}"[:MAX_NAME]
+
+
+def liked_models(
+    pool: ModelPool,
+    record: Record,
+    predicted: NDArray[np.floating],
+    num: int,
+    seed: int,
+    without: Collection[str] = (),
+) -> list[str]:
     """Models without a score that are predicted to be liked, the best first.
 
     They are drawn in proportion to their predictions, as models that are learned are, and those that were never shown
@@ -112,18 +137,19 @@ def liked_models(pool: ModelPool, record: Record, predicted: NDArray[np.floating
         predicted: [m] predicted scores of the models of the pool.
         num: number of models; fewer if fewer are predicted to be liked.
         seed: seed of the draws.
+        without: models that are left out.
     """
     mean = np.maximum(predicted[: len(pool.names)].astype(np.float64), 0.0)
     typical = float(mean[: len(pool.samples)].mean())
     is_liked = mean > max(LIKED_SHARE * float(mean.max(initial=0.0)), typical + MIN_ADVANTAGE)
     keys = np.random.default_rng(seed).gumbel(size=len(mean)) + np.log(np.maximum(mean, 1e-9))
-    scored = record.labelled_models
+    left_out = {*record.labelled_models, *without}
 
     def order(index: int) -> tuple[bool, bool, float]:
         """Samples of the grammar come before unusual models."""
         return pool.names[index] in record.shown_models, index >= len(pool.samples), -float(keys[index])
 
-    open_ones = [index for index in np.flatnonzero(is_liked).tolist() if pool.names[index] not in scored]
+    open_ones = [index for index in np.flatnonzero(is_liked).tolist() if pool.names[index] not in left_out]
     return [pool.names[index] for index in sorted(sorted(open_ones, key=order)[:num], key=lambda index: -mean[index])]
 
 

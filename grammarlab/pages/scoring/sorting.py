@@ -77,7 +77,7 @@ def _keys(
     predicted = knowledge.predictions_of(number)
     if order.by == "uncertainty":
         if predicted is None:
-            raise UsageError("nothing has been learned yet, so all are equally uncertain: score some, then update.")
+            raise UsageError("nothing has been learned yet, so all are equally uncertain: score some first.")
         return _descending(predicted.std, index)
     keys = np.full(len(names), np.inf) if predicted is None else _descending(predicted.mean, index)
     scores = record.factors.get(factor, {})

@@ -18,6 +18,8 @@ from grammarlab.runs.sample.domains import SPECIES
 
 MAX_RECENT = 48
 """Largest number of scored models beside the grids."""
+NUM_NEXT = 8
+"""Largest number of models that are shown as next in line; their pictures are drawn in advance."""
 _VERDICTS: tuple[tuple[Kind, int, str], ...] = (("rather", 1, "first"), ("rather", -1, "second"), ("tie", 1, "alike"))
 """Messages, each with its order of models."""
 
@@ -47,6 +49,7 @@ def state_of(desk: SessionDesk) -> Message:
         "layout": {"grids": layout.grids, "rows": layout.rows, "columns": layout.columns},
         "way": record.way,
         "grids": [{"title": grid.title, "models": list(grid.models)} for grid in record.grids],
+        "line": desk.learning.upcoming()[:NUM_NEXT],
         "models": _models(display, predicted),
         "pairs": _pairs(display) if record.way == PAIRS else None,
         "recent": _recent(display),

@@ -1,4 +1,4 @@
-"""Controls of attributes: sliders, menus, switches and fields, from their annotations."""
+"""Controls of attributes: sliders, menus, colours, switches and fields, from their annotations."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Control:
     """Its name in words."""
     group: str
     """First text of ``@Group``; empty without one."""
-    kind: Literal["number", "text", "switch", "menu"]
+    kind: Literal["number", "text", "switch", "menu", "color"]
     value: str
     """Value in the rule file, as a text of `read_attributes`; empty if it is drawn or computed."""
     low: float | None = None
@@ -71,7 +71,7 @@ def _control(attribute: Attribute, names: DisplayNames) -> Control:
         name=attribute.name,
         label=names.text(attribute.name),
         group=_group(attribute),
-        kind="menu" if choices else kind,
+        kind="menu" if choices else "color" if kind == "text" and _annotation(attribute, "color") else kind,
         value=value,
         low=low,
         high=high,

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from grammarlab.errors import UsageError
 from grammarlab.pages.desk import AbstractDesk, History
@@ -49,6 +50,8 @@ class WatchDesk(AbstractDesk):
         self._ticket, self._sheet_version = 0, 0
         self.glb, self.version = b"", 0
         """The model as a GLB file, and the number of its making; the last good one while there are mistakes."""
+        self.tree: tuple[list[Any], ...] = ()
+        """Rows of its derivation tree."""
         self._shapes = 0
         self._controls: tuple[Control, ...] = ()
         self._mistakes: tuple[Mistake, ...] = ()
@@ -190,7 +193,7 @@ class WatchDesk(AbstractDesk):
         if made.controls is not None:
             self._controls = made.controls
         if made.glb:
-            self.glb, self._shapes, self.version = made.glb, made.shapes, self.version + 1
+            self.glb, self.tree, self._shapes, self.version = made.glb, made.tree, made.shapes, self.version + 1
 
     def _take_picture(self, version: int, model: int, outcome: TaskOutcome) -> None:
         if version == self._sheet_version and outcome.value is not None:

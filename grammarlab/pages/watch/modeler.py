@@ -20,6 +20,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.grammar_space import GrammarParts
 from grammarlab.option_names import with_options
 from grammarlab.pages.watch.controls import Control, controls_of
+from grammarlab.pages.watch.part_tree import part_tree
 from grammarlab.pages.watch.watch_tasks import DrawPicture, MadeModel, MakeModel, Mistake, Wanted
 from grammarlab.pages.workers.artist import PartFinder
 from grammarlab.pages.workers.tasks import FindPart, FoundPart
@@ -75,9 +76,11 @@ class _Bench:
             controls = controls_of(rules)
             forest, batch, folder = self._derive(wanted)
             glb = _glb_of(batch, folder)
-            self.part_finder = PartFinder("", GrammarParts(forest, number_grammar(rules)))
+            numbering = number_grammar(rules)
+            self.part_finder = PartFinder("", GrammarParts(forest, numbering))
+            tree = tuple(part_tree(forest, numbering, self.file))
             warnings = tuple(_mistake_of(each, lines) for each in warnings_of(forest.missing_assets, folder))
-            return MadeModel(glb, len(forest.leaves), controls, warnings)
+            return MadeModel(glb, len(forest.leaves), controls, warnings, tree)
         except LanguageError as error:
             mistakes = tuple(_mistake_of(each, error.text.splitlines() or lines) for each in error.findings)
             return MadeModel(controls=controls, mistakes=mistakes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from grammarlab.pages.watch.controls import Control
 
@@ -57,3 +58,5 @@ class MadeModel:
     controls: tuple[Control, ...] | None = None
     """None if the rules cannot be read."""
     mistakes: tuple[Mistake, ...] = ()
+    tree: tuple[list[Any], ...] = ()
+    """Rows of the derivation tree; see `grammarlab.pages.watch.part_tree`."""

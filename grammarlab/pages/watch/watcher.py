@@ -89,7 +89,7 @@ def _sheet(desk: WatchDesk, _request: Request) -> Message:
 
 
 def _model(desk: WatchDesk, request: Request) -> None:
-    request.answer({"version": desk.version}, (desk.glb,))
+    request.answer({"version": desk.version, "tree": list(desk.tree)}, (desk.glb,))
 
 
 def _part(desk: WatchDesk, request: Request) -> None:

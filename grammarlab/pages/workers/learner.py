@@ -83,8 +83,11 @@ class _LastUpdate:
         """Number of each factor at the last update; it stays when the factor is renamed."""
         # Different from the versions of an earlier process.
         self._version = secrets.randbits(48)
-        self._previous: tuple[Floats, Floats] | None = None
-        """[m] weights of the models of the pool at the last update, and [m] predicted scores of them."""
+        self._number = self._version
+        self._since: tuple[Floats, Floats] | None = None
+        """[m] weights of the models of the pool from which changes are measured, and [m] predicted scores of them."""
+        self._fits: dict[int, tuple[Floats, Floats]] = {}
+        """The same of later updates, by number."""
 
     def do(self, request: Prepare | Update | Choose, report: Report) -> Any:
         if isinstance(request, Prepare):
@@ -118,8 +121,7 @@ class _LastUpdate:
         liked = None if product is None else self._predictions(product, rows)
         chosen = None if request.choice is None else self._choose(request, request.choice)
         elsewhere = tuple(map(str, state.columns.elsewhere))
-        # The change is that since the models before were shown.
-        divergence = 0.0 if request.choice is None else self._divergence(liked)
+        divergence = 0.0 if request.choice is None else self._divergence(liked, request.since)
         left_out = _left_out(request.factors, state)
         (words, contrasts), gain = self._words(liked), expected_gain(self._study, state)
         features = self._features(request.known_version)
@@ -136,6 +138,7 @@ class _LastUpdate:
             contrasts=contrasts,
             gain=gain,
             turn=self._turn(tuple(request.factors)),
+            number=self._number,
         )
 
     def _learned(self, request: Update, report: Report) -> State:
@@ -190,15 +193,19 @@ class _LastUpdate:
             tuple((entry.name, entry.level, round(entry.share, 4)) for entry in relevances),
         )
 
-    def _divergence(self, product: Predictions | None) -> float:
-        """Divergence of the density from that of the previous update; at first, from that of the grammar.
+    def _divergence(self, product: Predictions | None, since: int) -> float:
+        """Divergence of the density from that of an earlier update; of an unknown one, from that of the grammar.
 
         It is computed on the pool of that time.
         """
         weights = self._study.tables(self._state.wide).pool_designs.weights
         liking = np.ones(len(weights)) if product is None else np.maximum(product.mean[: len(weights)], 0.0)
-        previous_weights, previous_liking = self._previous or (weights, np.ones(len(weights)))
-        self._previous = weights, liking
+        if since in self._fits:
+            self._since = self._fits[since]
+            self._fits.clear()
+        self._number += 1
+        self._fits[self._number] = weights, liking
+        previous_weights, previous_liking = self._since or (weights, np.ones(len(weights)))
         return jensen_shannon(
             _density(previous_weights, previous_liking), _density(previous_weights, liking[: len(previous_weights)])
         )

@@ -160,6 +160,8 @@ class Update:
     """`Features.version` of the features that are already known."""
     wide: bool = False
     """Whether the pool has been widened for rare models; if not, it is widened once liked models are rare."""
+    since: int = 0
+    """`LearnedUpdate.number` of the update from which the change is measured; 0 for the grammar."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,7 +207,7 @@ class LearnedUpdate:
     left_out: tuple[str, ...]
     """Reasons why factors are not part of the product."""
     js: float
-    """Change of the density since the previous update, or since the grammar itself, in nats."""
+    """Change of the density since `Update.since`, in nats."""
     chosen: tuple[str, ...] | None
     """Addresses of the models to show."""
     words: tuple[str, ...] = ()
@@ -216,6 +218,8 @@ class LearnedUpdate:
     """Expected gain of 16 more scores in nats; None if it is unknown."""
     turn: str = ""
     """Factor whose scores would tell most; empty if there is one factor only."""
+    number: int = 0
+    """Number of this update; those of other processes differ."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,8 +82,14 @@ class Thumbnails:
         missing = [model for model in models if (model, size) not in self._cache]
         poor = [model for model in cached if self._cache[model, size].samples < GOOD]
         quick = missing if len(missing) >= MIN_QUICK else []
+        # The very first picture does not wait for others.
+        head = quick[:1] if not self.shows_something else []
         # The last one submitted in front is done first.
-        chunks = [*_chunks(quick, size, QUICK), *_chunks([*missing, *poor], size, GOOD)]
+        chunks = [
+            *_chunks(head, size, QUICK),
+            *_chunks(quick[len(head) :], size, QUICK),
+            *_chunks([*missing, *poor], size, GOOD),
+        ]
         for draw in reversed(chunks):
             self._submit(draw)
 

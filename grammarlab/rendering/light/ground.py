@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 
 from grammarlab.arrays import AnyFloats, Flags
 from grammarlab.rendering.light.lighting import OPENNESS_REACH, Exposure, sun_spread
@@ -80,4 +79,30 @@ def _shadow_sides(low: AnyFloats, high: AnyFloats, height: float, sun: AnyFloats
     corners = np.where(np.indices((2, 2, 2)).reshape(3, -1).T, high, low)
     way = (corners[:, None, 1] - height) / directions[None, :, 1]
     points = corners[:, None, [0, 2]] - way[..., None] * directions[None][..., [0, 2]]
-    return ConvexHull(points.reshape(-1, 2)).equations
+    return _hull_sides(points.reshape(-1, 2))
+
+
+def _hull_sides(points: AnyFloats) -> AnyFloats:
+    """[F, 3] the sides of the convex hull of points [N, 2] that are not on one line; inside is a x + b z + c <= 0.
+
+    By the monotone chain of Andrew (1979). SciPy has this, but takes longer to load than a picture to be drawn.
+    """
+    ordered = sorted({(x, z) for x, z in points.astype(np.float64).tolist()})
+    hull: list[tuple[float, float]] = []
+    for way in (ordered, ordered[::-1]):
+        chain: list[tuple[float, float]] = []
+        for point in way:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], point) <= 0.0:
+                chain.pop()
+            chain.append(point)
+        hull += chain[:-1]
+    corners = np.array(hull)
+    along = np.roll(corners, -1, axis=0) - corners
+    normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.hypot(along[:, 0], along[:, 1])[:, None]
+    return np.column_stack([normal, -(normal * corners).sum(axis=1)])
+
+
+def _turn(first: tuple[float, float], middle: tuple[float, float], last: tuple[float, float]) -> float:
+    """Twice the area of a triangle, positive if it turns left."""
+    (ax, az), (bx, bz), (cx, cz) = first, middle, last
+    return (bx - ax) * (cz - az) - (bz - az) * (cx - ax)

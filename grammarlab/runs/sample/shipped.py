@@ -18,7 +18,7 @@ from grammarlab.runs.sample.rule_packages import open_package
 from grammarlab.toml_text import toml_table, toml_text
 
 SUFFIX = DEFAULT
-_SPECIES_FOLDER = "species"
+_SPECIES_FOLDER, _FACADE_FOLDER = "species", "facades"
 _MAX_SPECIES_BYTES = 1 << 20
 """Largest size in bytes of a species that is described."""
 
@@ -111,6 +111,12 @@ def shipped_examples() -> tuple[RuleSource, ...]:
     )
 
 
+def shipped_facades() -> tuple[RuleSource, ...]:
+    """All shipped rule files of facades by name; their assets are beside them."""
+    folder = examples_folder() / _FACADE_FOLDER
+    return tuple(RuleSource(path.stem, path, folder, shipped=True) for path in sorted(folder.glob(f"*{SUFFIX}")))
+
+
 def shipped_species() -> tuple[RuleSource, ...]:
     """All shipped species by name."""
     folder = examples_folder() / _SPECIES_FOLDER
@@ -168,7 +174,7 @@ def find_rules(argument: str, assets: Path | None = None, library: Path | None =
         return RuleSource(name, package.rules, assets, shipped=False, library=library, style=style)
     if path.is_file():
         return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False, library=library, style=style)
-    examples = {source.name: source for source in (*shipped_examples(), *shipped_species())}
+    examples = {source.name: source for source in (*shipped_examples(), *shipped_facades(), *shipped_species())}
     if argument in examples:
         example = examples[argument]
         return RuleSource(example.name, example.path, assets or example.assets, shipped=True, style=style)

@@ -64,6 +64,8 @@ class TreeRow:
     """Place of the branch of the rule that rewrote it; None for a leaf."""
     details: tuple[str, ...]
     """Draws, and the size of a visible shape, in words."""
+    nodes: tuple[int, ...] = ()
+    """The nodes of the shapes, of which the first one is listed; none where shapes are left out."""
 
 
 def trace_model(
@@ -185,35 +187,35 @@ def tree_rows(
         forms: ``forms_of(trace)``, for the trees of several models.
     """
     forms = () if everything else forms_of(trace) if forms is None else forms
-    waiting: list[tuple[int, int, str]] = [(root, 0, "")]
+    waiting: list[tuple[tuple[int, ...], int, str]] = [((root,), 0, "")]
     while waiting:
-        node, depth, note = waiting.pop()
-        if node < 0:
+        nodes, depth, note = waiting.pop()
+        if not nodes:
             yield TreeRow(depth, "", note, None, None, ())
             continue
-        yield _row(trace, node, depth, note)
-        below = _all(trace, node) if everything else _shortened(trace, node, forms)
-        waiting += reversed([(child, depth + 1, note) for child, note in below])
+        yield _row(trace, nodes, depth, note)
+        below = _all(trace, nodes[0]) if everything else _shortened(trace, nodes[0], forms)
+        waiting += reversed([(children, depth + 1, note) for children, note in below])
 
 
-def _all(trace: DerivationTrace, node: int) -> list[tuple[int, str]]:
-    return [(child, "") for child in trace.children[node]]
+def _all(trace: DerivationTrace, node: int) -> list[tuple[tuple[int, ...], str]]:
+    return [((child,), "") for child in trace.children[node]]
 
 
-def _shortened(trace: DerivationTrace, node: int, forms: Sequence[int]) -> list[tuple[int, str]]:
-    """The children to list, each with the number of equal ones; -1 for those left out."""
+def _shortened(trace: DerivationTrace, node: int, forms: Sequence[int]) -> list[tuple[tuple[int, ...], str]]:
+    """The children to list, equal ones together with their number; none for those left out."""
     nodes = trace.forest.nodes
-    listed: list[tuple[int, str]] = []
+    listed: list[tuple[tuple[int, ...], str]] = []
     successors: dict[int, dict[int, list[int]]] = {}
     for child in trace.children[node]:
         successors.setdefault(int(nodes.child[child]), {}).setdefault(forms[child], []).append(child)
     for alike in successors.values():
         groups = list(alike.values())
-        listed += [(group[0], f" x {len(group)}" if len(group) > 1 else "") for group in groups[:MAX_FORMS]]
+        listed += [(tuple(group), f" x {len(group)}" if len(group) > 1 else "") for group in groups[:MAX_FORMS]]
         num_hidden = sum(map(len, groups[MAX_FORMS:]))
         if num_hidden:
             symbol = trace.forest.symbols[nodes.symbol[groups[0][0]]]
-            listed.append((-1, f"… {num_hidden:,} more {symbol}, each derived otherwise"))
+            listed.append(((), f"… {num_hidden:,} more {symbol}, each derived otherwise"))
     return listed
 
 
@@ -236,13 +238,14 @@ def _depth_first(trace: DerivationTrace) -> Iterator[tuple[int, int]]:
         waiting += reversed([(child, depth + 1) for child in trace.children[node]])
 
 
-def _row(trace: DerivationTrace, node: int, depth: int, note: str) -> TreeRow:
+def _row(trace: DerivationTrace, nodes: tuple[int, ...], depth: int, note: str) -> TreeRow:
+    node = nodes[0]
     origin = origin_of(trace.forest, trace.numbering, node)
     sizes = [trace.forest.leaves.size[leaf].tolist() for leaf in trace.leaves.get(node, ())]
     size_texts = [" x ".join(f"{extent:.2f}" for extent in size) + " m" for size in sizes[:1]]
     size_texts += [f"and {len(sizes) - 1} more"] if len(sizes) > 1 else []
     drawn = [_drawn(site, value) for site, value, _ in _draws(trace, node)]
-    return TreeRow(depth, origin.symbol, note, origin.made_at, origin.rule_at, (*drawn, *size_texts))
+    return TreeRow(depth, origin.symbol, note, origin.made_at, origin.rule_at, (*drawn, *size_texts), nodes)
 
 
 def _line(row: TreeRow) -> str:

@@ -62,11 +62,13 @@ def sort(towers, order):
     towers.page.get_by_role("button", name=order).click()
 
 
-def test_an_update_shows_new_models_with_bars_a_chart_and_reasons(learned):
+def test_what_was_learned_shows_new_models_with_bars_a_chart_and_reasons(learned):
     assert learned.scores() == [""] * 32
+    pictures = learned.page.get_by_role("img", name="models that are next in line")
+    expect(pictures.locator(".gl-picture").first).to_have_css("background-image", re.compile("blob:"))
     assert not any(math.isnan(value) for value in (*predicted(learned), *uncertain(learned)))
     assert learned.page.locator(".gl-dot").count() >= 1
-    expect(learned.page.locator(".gl-chart figcaption")).to_contain_text(re.compile(r"changed what is learned by \d"))
+    expect(learned.page.locator(".gl-chart figcaption")).to_contain_text("changed what is learned by")
     fill = learned.page.locator(".gl-bar.gl-predicted i").first
     expect(fill).not_to_have_css("transform", "matrix(0, 0, 0, 1, 0, 0)")
     expect_accessible(learned.page)
@@ -74,9 +76,13 @@ def test_an_update_shows_new_models_with_bars_a_chart_and_reasons(learned):
 
 @takes_turns
 def test_models_come_in_all_ways(learned):
-    learned.page.get_by_role("button", name="by ").click()
-    assert learned.page.get_by_role("radio").count() == 8
-    learned.press("Escape")
+    for name in ("by ", "Sort", "Grid"):
+        learned.page.get_by_role("button", name=name).click()
+        expect(learned.page.locator(".gl-menu:popover-open")).to_be_visible()
+        expect_accessible(learned.page)
+        if name == "by ":
+            assert learned.page.get_by_role("radio").count() == 8
+        learned.press("Escape")
     for way, titles in (
         ("unscored", 1),
         ("different", 1),
@@ -91,6 +97,25 @@ def test_models_come_in_all_ways(learned):
         headings = learned.page.locator(".gl-title")
         assert headings.count() >= titles, way
     assert len(set(learned.models())) == len(learned.models())
+
+
+@takes_turns
+def test_scrolling_on_shows_what_is_in_line_below_and_the_last_score_asks_for_others(learned):
+    before = learned.models()
+    learned.page.locator(".gl-stage").hover()
+    wait_until(lambda: learned.page.mouse.wheel(0, 500) or learned.cells.count() > 32)
+    after = learned.models()
+    assert set(before) < set(after)
+    assert len(set(after)) == len(after)
+    # All at once, then the last one by a key: nothing is left to score, so that others come.
+    learned.cell(0).click()
+    learned.press("Control+a", "5", "Escape")
+    learned.cell(len(after) - 1).click()
+    learned.press("5")
+    learned.expect_chosen([0])
+    assert not set(learned.models()) & set(after)
+    learned.press("u", "u")
+    learned.expect_saved()
 
 
 @takes_turns

@@ -75,7 +75,7 @@ def test_text_can_be_read_in_both_themes(opened, server, scheme):
         ".gl-check",
     ):
         assert contrast(towers.page.locator(part).first) >= 4.5, part
-    assert contrast(towers.button("Update")) >= 4.5 or not towers.button("Update").is_enabled()
+    assert contrast(towers.button("New models")) >= 4.5
     light = towers.page.locator(".gl-page").evaluate(LUMINANCE)[1] > 0.5
     assert light == (scheme == "light")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 
 from grammarlab.pages.watch.watcher import PAGE, Watcher
 from tests.browser.accessible import expect_accessible
@@ -33,9 +33,11 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         page.get_by_label("roof", exact=True).select_option("gable")
         page.get_by_role("button", name="height: as in the file").click()
         expect(page.get_by_label("height", exact=True)).to_have_value("12")
+        page.get_by_label("paint, palette").fill("#336699")
+        expect(page.get_by_label("paint", exact=True)).to_have_value("#336699")
         # A mistake is told at its line, and the next save is a picture.
         file.write_text(RULES.replace("extrude(height)", "extrude(heigth)"))
-        mistake = page.get_by_role("alert").filter(has_text="line 7, column 17")
+        mistake = page.get_by_role("alert").filter(has_text="line 8, column 17")
         expect(mistake).to_contain_text("Lot --> extrude(heigth)")
         expect_accessible(page)
         file.write_text(RULES.replace("= 12", "= 25"))
@@ -51,6 +53,7 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         expect(canvas).to_have_attribute("data-shown", "0 2")
         page.keyboard.press("ArrowDown")
         expect(page.get_by_role("region", name="Rule of a part")).to_contain_text("house.cga:")
+        _expect_tree_beside(page)
         page.keyboard.press("r")
         expect(page.get_by_role("spinbutton", name="Seed")).not_to_have_value("0")
         page.keyboard.press("Control+z")
@@ -62,3 +65,12 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         expect_accessible(page)
     finally:
         thread.close()
+
+
+def _expect_tree_beside(page: Page) -> None:
+    """The tree is at the part that was chosen, and its rows are chosen with keys."""
+    row = page.get_by_role("treeitem", selected=True)
+    expect(row).to_contain_text("Wall")
+    row.focus()
+    page.keyboard.press("ArrowUp")
+    expect(row).not_to_contain_text("Wall")

@@ -36,7 +36,7 @@ def seen(path: Path, rules: str, *, killed: bool) -> tuple:
         if killed:
             kill_learner(session)
         window.forget()
-        session.call("populate", way="uncertainty")
+        session.call("new_models", way="uncertainty")
         state = window.state(lambda state: state["grids"] and not state["updating"])
         return state["grids"], state["chart"], state["message"]
 

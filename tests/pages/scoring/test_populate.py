@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grammarlab.pages.record.model_grids import GridLayout
+from grammarlab.pages.record.model_grids import MAX_NAME, GridLayout, ModelGrid
 from grammarlab.pages.scoring.knowledge import ModelPool
-from grammarlab.pages.scoring.populate import liked_models, mixed
+from grammarlab.pages.scoring.populate import extended, liked_models, mixed
 
 POOL = ModelPool(5, 200)
 RANDOM = np.random.default_rng(1)
@@ -65,3 +65,18 @@ def test_each_grid_has_what_its_title_says():
     assert only.title == "may be liked, the best first, then those that tell the most"
     assert only.models == ("a", "b", "q0", "q4")
     assert [len(grid.models) for grid in mixed(["a"], ["a", "q0"], FOUR)] == [1, 1]
+
+
+def test_further_models_follow_those_that_are_shown_and_none_is_shown_twice():
+    shown = [ModelGrid("to score", ("a", "b")), ModelGrid("", ("c",))]
+    first = extended(shown, [ModelGrid("may be liked, the best first", ("d", "b")), ModelGrid("tell the most", ("e",))])
+    assert [grid.models for grid in first] == [("a", "b", "d"), ("c", "e")]
+    titles = ["to score, then may be liked, the best first", "more, then tell the most"]
+    assert [grid.title for grid in first] == titles
+    # The same kinds once more, and only one grid of them.
+    second = extended(first, [ModelGrid("may be liked, the best first", ("f",))])
+    assert [(grid.title, grid.models) for grid in second] == [
+        (titles[0], ("a", "b", "d", "f")),
+        (titles[1], ("c", "e")),
+    ]
+    assert all(len(grid.title) <= MAX_NAME for grid in second)

@@ -151,7 +151,7 @@ def widened(session: Session, window: Window) -> dict:
 
 def populated(session: Session, way: str) -> list[str]:
     window = Window(session)
-    session.call("populate", way=way)
+    session.call("new_models", way=way)
     return shown_models(window.state(lambda state: state["way"] == way and not state["updating"]))
 
 
@@ -202,7 +202,7 @@ def test_a_session_that_is_opened_again_offers_the_same_models(session: Session,
             assert populated(again, way) == populated(session, way)
 
 
-def test_a_file_of_before_is_widened_at_its_next_update(tmp_path: Path, posts: str):
+def test_a_file_of_before_is_widened_once_it_is_learned_from(tmp_path: Path, posts: str):
     with closing(Session(posts, tmp_path / "a.db", size=SIZE, jobs=0)):
         pass
     with closing(Store.open(tmp_path / "a.db")) as store:
@@ -213,7 +213,9 @@ def test_a_file_of_before_is_widened_at_its_next_update(tmp_path: Path, posts: s
         window = Window(session)
         session.handle({"id": 1, "command": "features", "query": "Lot"}, (), window.send)
         state = window.state(lambda state: state["fresh"])
-        assert WIDER_POOL not in (state["message"] or "")
-        window.forget()
-        session.call("update")
-        assert WIDER_POOL in window.state(lambda state: len(state["chart"]) == 2 and not state["updating"])["message"]
+        assert WIDER_POOL in state["message"]
+        # It is in the file before models of the wider pool are shown.
+        assert not session.desk.display.record.wide
+        session.call("new_models", way="default")
+        assert session.desk.display.record.wide
+        assert len(session.call("state")[0]["chart"]) == 2

@@ -32,7 +32,7 @@ def test_an_update_can_be_cancelled_and_scores_are_saved_meanwhile(session: Sess
     assert session.call("score", models=models[:1], score=20)[0]["saved"]
     for order in ("score", "random", "shown"):
         session.call("sort", by=order)
-    session.call("populate", way="grammar")
+    session.call("new_models", way="grammar")
     session.call("factor_create", name="roof")
     session.call("undo")
     assert session.call("state")[0]["updating"]
@@ -52,12 +52,12 @@ def test_of_two_wishes_for_other_models_the_later_one_counts(session: Session):
     models = shown_models(session.call("state")[0])
     session.call("score", models=models[:4], score=90)
     for way in ("uniform", "already ranked"):
-        session.call("populate", way=way)
+        session.call("new_models", way=way)
     state = window.state(lambda state: state["way"] != "default" and not state["updating"])
     assert state["way"] == "already ranked"
     assert set(shown_models(state)) == set(models[:4])
-    session.call("populate", way="uniform")
-    session.call("populate", way="grammar")
+    session.call("new_models", way="uniform")
+    session.call("new_models", way="grammar")
     state, _ = session.call("state")
     assert (state["way"], state["updating"]) == ("grammar", None)
     session.call("sort", by="random")
@@ -80,7 +80,7 @@ def test_enough_new_scores_are_learned_from_behind_the_person(session: Session):
     window = Window(session)
     models = shown_models(session.call("state")[0])
     with pytest.raises(GrammarlabError, match="nothing has been learned yet"):
-        session.call("populate", way="liked")
+        session.call("new_models", way="liked")
     session.post(session.desk.learning.prepare)
     for model in models[:NUM_BEHIND]:
         window.forget()
@@ -93,10 +93,25 @@ def test_enough_new_scores_are_learned_from_behind_the_person(session: Session):
     assert (shown_models(state), state["chart"], state["updating"], state["message"]) == (models, [], None, None)
     assert state["recent"] == models[:NUM_BEHIND][::-1]
     assert all(known["mean"] is not None for known in state["models"].values())
-    session.call("populate", way="scored")
+    # More of them come below what is shown, without a wait; new ones are those in line.
+    line = state["line"]
+    assert line
+    assert not set(line) & set(models)
+    session.call("more")
+    state, _ = session.call("state")
+    assert [grid["models"][:16] for grid in state["grids"]] == [models[:16], models[16:]]
+    assert set(line) <= set(shown_models(state)) - set(models)
+    assert (state["updating"], [point["labels"] for point in state["chart"]]) == (None, [NUM_BEHIND])
+    line = state["line"]
+    session.call("new_models", way="default")
+    state, _ = session.call("state")
+    assert (state["updating"], shown_models(state)[: len(line)]) == (None, line)
+    session.call("new_models", way="scored")
     state, _ = session.call("state")
     assert shown_models(state) == state["recent"]
-    session.call("populate", way="liked")
+    session.call("more")
+    assert "all models of this kind" in session.call("state")[0]["message"]
+    session.call("new_models", way="liked")
     state, _ = session.call("state")
     means = [state["models"][model]["mean"] for model in shown_models(state)]
     assert means == sorted(means, reverse=True)
@@ -114,7 +129,7 @@ def test_imported_models_that_are_not_of_the_pool_are_shown_predicted_and_sorted
         _, file = other.call("export", format="csv")
     window = Window(session)
     assert session.call("import", file, format="csv")[0] == {"added": 32}
-    session.call("populate", way="already ranked")
+    session.call("new_models", way="already ranked")
     state = window.state(lambda state: state["way"] == "already ranked" and not state["updating"])
     assert set(shown_models(state)) == set(elsewhere)
     seed = Address.parse(elsewhere[0]).seed
@@ -203,7 +218,7 @@ def test_rounds_of_scoring_move_the_density_less_and_less(session: Session, tmp_
     assert kind_of(session.call("state")[0]["grids"][0]["models"][0]) == kind_of(first[3])
     for way in ("default", "uniform", "density", "uncertainty", "already ranked"):
         window.forget()
-        session.call("populate", way=way)
+        session.call("new_models", way=way)
         state = window.state(lambda state, way=way: state["way"] == way and not state["updating"])
         assert len(shown_models(state)) in (32, 96)
     result, _ = session.call("learn")
@@ -216,7 +231,7 @@ def test_rounds_of_scoring_move_the_density_less_and_less(session: Session, tmp_
 
 def test_pairs_are_shown_answered_and_learned_from(session: Session):
     window = Window(session)
-    session.call("populate", way="pairs")
+    session.call("new_models", way="pairs")
     state, _ = session.call("state")
     before = {frozenset(pair["models"]) for pair in state["pairs"]}
     assert len(before) == 8
@@ -239,7 +254,7 @@ def test_pairs_are_shown_answered_and_learned_from(session: Session):
         session.call("sort", by="random")
     session.call("layout", grids=1, rows=2, columns=2)
     assert session.call("state")[0]["pairs"] == state["pairs"]
-    session.call("populate", way="grammar")
+    session.call("new_models", way="grammar")
     state, _ = session.call("state")
     assert (state["pairs"], len(shown_models(state))) == (None, 4)
 
@@ -247,7 +262,7 @@ def test_pairs_are_shown_answered_and_learned_from(session: Session):
 def test_pairs_belong_to_the_active_factor(session: Session):
     session.call("factor_create", name="roof")
     session.call("view", kind="product")
-    session.call("populate", way="pairs")
+    session.call("new_models", way="pairs")
     pair = session.call("state")[0]["pairs"][0]["models"]
     with pytest.raises(GrammarlabError, match="the product of all factors"):
         session.call("compare", models=pair, kind="tie")
@@ -288,7 +303,7 @@ def test_all_kinds_go_out_and_come_back(session: Session, tmp_path: Path, rules:
 @pytest.mark.parametrize("size", [1, 2, 9])
 def test_of_few_models_there_are_few_pairs_or_none(tmp_path: Path, rules: str, size: int):
     with closing(Session(rules, tmp_path / "few.db", size=size, jobs=0)) as session:
-        session.call("populate", way="pairs")
+        session.call("new_models", way="pairs")
         state, _ = session.call("state")
         assert (state["way"] == "pairs") == bool(state["pairs"])
         assert state["pairs"] or "no models to show" in state["message"]

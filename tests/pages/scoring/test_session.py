@@ -113,7 +113,7 @@ def test_sessions_go_on_where_they_ended(session: Session, tmp_path: Path, rules
     session.call("score", models=models[:2], score=40)
     session.call("factor_create", name="roof")
     session.call("layout", grids=1, rows=2, columns=5)
-    session.call("populate", way="grammar")
+    session.call("new_models", way="grammar")
     before, _ = session.call("state")
     session.close()
     with closing(Session(rules, tmp_path / "towers.db", jobs=0)) as again:
@@ -233,12 +233,12 @@ def test_populate_leaves_scored_models_and_shows_others(session: Session):
     session.call("score", models=models[:4], score=1)
     seen = set(models)
     for _ in range(4):
-        session.call("populate", way="grammar")
+        session.call("new_models", way="grammar")
         new = shown_models(session.call("state")[0])
         assert len(new) == 32
         assert seen.isdisjoint(new)
         seen.update(new)
-    session.call("populate", way="grammar")
+    session.call("new_models", way="grammar")
     rest = shown_models(session.call("state")[0])
     assert set(models[:4]).isdisjoint(rest)
     assert len(set(rest)) == len(rest) == 32
@@ -292,12 +292,12 @@ def test_sorting_without_knowledge(session: Session):
         {"id": 1, "command": "factor_create", "name": {"a": 1}},
         {"id": 1, "command": "factor_rename", "name": "overall"},
         {"id": 1, "command": "layout", "grids": 1, "rows": "4", "columns": 4},
-        {"id": 1, "command": "populate", "way": "nonsense"},
-        {"id": 1, "command": "populate", "way": 5},
+        {"id": 1, "command": "new_models", "way": "nonsense"},
+        {"id": 1, "command": "new_models", "way": 5},
         {"id": 1, "command": "sort"},
         {"id": 1, "command": "sort", "by": "nonsense"},
         {"id": 1, "command": "pictures", "models": ["g1-1"], "size": 10_000},
-        {"id": 1, "command": "pictures", "models": [f"g1-{k}" for k in range(401)], "size": 160},
+        {"id": 1, "command": "pictures", "models": [f"g1-{k}" for k in range(1001)], "size": 160},
         {"id": 1, "command": "model", "model": "nonsense"},
         {"id": 1, "command": "export", "format": "exe"},
         {"id": 1, "command": "import", "format": "csv"},

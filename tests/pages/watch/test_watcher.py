@@ -20,6 +20,7 @@ RULES = """@Order(2) @Range(min=3, max=30, stepsize=1) attr height = 12
 @Order(1) @Group("Look") @Enum("flat", "gable") attr roof = "flat"
 @Hidden attr secret = 4
 const fixed = 7
+@Color attr paint = "#A0522d"
 attr hasDoor = true
 attr storey = rand(2.8, 3.6)
 Lot --> extrude(height) comp(f) { top : Roof | all : Wall }
@@ -39,6 +40,7 @@ def test_controls_are_those_of_annotations_in_their_order():
     controls = controls_of(Grammar.parse(RULES))
     assert controls == (
         Control("height", "height", "", "number", "12", 3.0, 30.0, 1.0),
+        Control("paint", "paint", "", "color", "#A0522d"),
         Control("hasDoor", "has door", "", "switch", "true"),
         Control("storey", "storey", "", "number", ""),
         Control("roof", "roof", "Look", "menu", "flat", choices=("flat", "gable")),
@@ -77,6 +79,9 @@ def test_a_mistake_has_its_line_whatever_kind_it_is(tmp_path: Path):
     file.write_text("Lot --> extrude(3) comp(f) { all : Wall }")
     good: MadeModel = bench(MakeModel(Wanted(attributes=(("height", "9"),))), report)
     assert (good.shapes, good.mistakes, good.glb[:4]) == (6, (), b"glTF")
+    # Rows of the tree: the initial shape with all triangles, and six equal walls with the same ones.
+    assert [(row[0], row[1], row[2], row[3]) for row in good.tree] == [(0, "Lot", "", 1), (1, "Wall", " x 6", 1)]
+    assert [row[5] for row in good.tree] == [[0, 12], [0, 12]]
     part = bench(FindPart("", 0, True), report)
     assert (part.count, part.path[0][0], part.path[-1][0]) == (6, "Lot", "Wall")
     assert bench(DrawPicture(Wanted(), 24), report)[:2] == b"\xff\xd8"

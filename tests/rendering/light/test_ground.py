@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from grammarlab.rendering.camera import View, frame
+from grammarlab.rendering.light.ground import _hull_sides
 from grammarlab.rendering.light.lighting import openness, sun_spread, sun_visibility
 from grammarlab.rendering.light.look import Look
 from grammarlab.rendering.renderer import RenderOptions
@@ -60,3 +62,14 @@ def test_the_spread_of_the_sun_holds_its_disc():
     assert np.allclose(corners.mean(axis=0), sun, atol=1e-6)
     assert np.linalg.norm(corners - sun, axis=1) == pytest.approx(0.1 * np.sqrt(2), abs=1e-5)
     assert np.allclose((corners - sun) @ sun, 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("num", [3, 8, 128])
+def test_sides_around_all_shadow_are_those_of_the_convex_hull(num: int):
+    points = np.random.default_rng(num).normal(size=(num, 2))
+    sides, expected = _hull_sides(np.vstack([points, points[:2]])), ConvexHull(points).equations
+    found, wanted = (values[np.lexsort(values.round(6).T)] for values in (sides, expected))
+    np.testing.assert_allclose(found, wanted, atol=1e-12)
+    # Points on a side are no corners of their own.
+    grid = np.indices((4, 3)).reshape(2, -1).T.astype(np.float64)
+    assert len(_hull_sides(grid)) == 4

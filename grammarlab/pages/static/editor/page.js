@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source e02da763883d76cf */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source af38a9fdc10dcc1c */
 
 // shared/ahead.js
 var Ahead = class {
@@ -405,22 +405,71 @@ function assembler(done) {
     if (buffers.length === (message.buffers ?? 0)) done(message, buffers);
   };
 }
+function widgetTransport(model) {
+  let forward = () => {
+  };
+  const callback = (message, buffers) => forward(message, buffers);
+  model.on("msg:custom", callback);
+  return {
+    send: (message, buffers) => model.send(message, void 0, buffers),
+    listen(heard) {
+      forward = (message, buffers) => heard(message, (buffers ?? []).map(bytesOf));
+    },
+    watch: (changed) => changed(true),
+    close: () => model.off("msg:custom", callback)
+  };
+}
+function bytesOf(view) {
+  if (view instanceof ArrayBuffer) return view;
+  return (
+    /** @type {ArrayBuffer} */
+    view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength)
+  );
+}
 
 // shared/open.js
 var PROTOCOL = 1;
 function openPage(style, waiting, build2, read2 = () => {
 }) {
-  const root = waitingRoot(style, waiting);
-  document.getElementById("grammarlab")?.append(root);
-  const channel = new Channel(socketTransport(socketUrl()));
-  let built = null;
-  channel.on("state", ({ state }, buffers) => {
-    if (!understands(root, state)) return;
-    read2(state, buffers);
-    built ??= build2(root, channel, state);
-    built.update(state);
-  });
-  channel.open((connected) => built?.connection(connected));
+  function mount(host, transport) {
+    const root = waitingRoot(style, waiting);
+    host.append(root);
+    const channel = new Channel(transport);
+    let built = null;
+    function follow(state, buffers) {
+      if (!understands(root, state)) return;
+      read2(state, buffers);
+      built ??= build2(root, channel, state);
+      built.update(state);
+    }
+    channel.on("state", ({ state }, buffers) => follow(state, buffers));
+    channel.open((connected) => built?.connection(connected));
+    return {
+      root,
+      /** A notebook may show a widget long after its first state was told. */
+      ask: () => channel.request("state").then(({ result, buffers }) => follow(result, buffers)),
+      close() {
+        built?.close?.();
+        channel.close();
+        root.remove();
+      }
+    };
+  }
+  const alone = isAlone() && document.getElementById("grammarlab");
+  if (alone) mount(alone, socketTransport(socketUrl()));
+  return {
+    /** @param {{ model: any, el: HTMLElement }} widget */
+    render({ model, el }) {
+      const { root, ask, close } = mount(el, widgetTransport(model));
+      root.dataset.lmSuppressShortcuts = "true";
+      root.addEventListener("keydown", (event) => event.stopPropagation());
+      ask().catch((error) => root.textContent = error.message);
+      return close;
+    }
+  };
+}
+function isAlone() {
+  return document.body.classList.contains("gl-alone");
 }
 function waitingRoot(style, waiting) {
   return element("div", { class: `gl-page ${style}` }, element("p", { class: "gl-wait", role: "status" }, waiting));

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source c76daa8dacb1461c */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 71657d7cebd62f64 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -320,7 +320,8 @@ function makeCompare(page) {
     title: "Remove the answer (Delete)",
     class: "gl-button gl-quiet"
   });
-  const more = textButton("More pairs", () => void page.ask("populate", { way: "pairs" }), {
+  const next = () => void page.ask("new_models", { way: "pairs" });
+  const more = textButton("More pairs", next, {
     title: "Show other pairs of models"
   });
   const section = element(
@@ -377,7 +378,9 @@ function makeCompare(page) {
   function say(verdict) {
     if (!pair()) return;
     page.compare(pair().models, verdict);
-    if (verdict !== null && page.state.view !== "product") go(index + 1);
+    if (verdict === null || page.state.view === "product") return;
+    if (pairs().every((each) => saidOf(each).said !== null)) next();
+    else go(index + 1);
   }
   function go(to) {
     index = Math.max(0, Math.min(to, pairs().length - 1));
@@ -405,7 +408,7 @@ function makeCompare(page) {
     if (!pair()) return;
     const open = pairs().filter((each) => saidOf(each).said === null).length;
     const { said: said2, saved } = saidOf(pair());
-    const words = open ? "Which one would you rather have?" : "All are answered: update, or show more pairs.";
+    const words = open ? "Which one would you rather have?" : "All are answered; others come.";
     const asked = `Pair ${index + 1} of ${pairs().length}. ${words}`;
     if (heading.textContent !== asked) heading.textContent = asked;
     page.selection.follow(pair().models);
@@ -604,11 +607,13 @@ var LARGEST = 1200;
 var ROOMY = 104;
 var BARS = 12;
 var ROOMY_BARS = 27;
+var BY_HAND = 1500;
 var NARROW = 620;
 function makeDisplay(page) {
   const grids = [];
   const board = element("div", { class: "gl-board" });
-  const stage = element("div", { class: "gl-stage" }, board);
+  const more = textButton("More models", () => ask(), { class: "gl-button gl-quiet gl-more" });
+  const stage = element("div", { class: "gl-stage" }, board, more);
   const about = element("p", { class: "gl-about" });
   const { pictures } = page;
   let zoom = 1;
@@ -617,8 +622,26 @@ function makeDisplay(page) {
   let frame = 0;
   let zoomed = () => {
   };
+  let asked = "";
+  let moved = -Infinity;
   const resizes = new ResizeObserver(() => fit());
   resizes.observe(stage);
+  for (
+    const kind of
+    /** @type {const} */
+    ["wheel", "touchmove", "pointerdown"]
+  )
+    stage.addEventListener(kind, () => moved = performance.now(), { passive: true });
+  const atEnd = new IntersectionObserver(([{ isIntersecting }]) => {
+    if (isIntersecting && performance.now() - moved < BY_HAND) ask();
+  });
+  atEnd.observe(more);
+  function ask() {
+    const now = page.selection.order.join();
+    if (asked === now) return;
+    asked = now;
+    void page.ask("more");
+  }
   function update(state) {
     page.selection.show(state.grids.flatMap((grid) => grid.models));
     while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
@@ -730,6 +753,7 @@ function makeDisplay(page) {
   }
   function close() {
     resizes.disconnect();
+    atEnd.disconnect();
   }
   return {
     element: stage,
@@ -882,6 +906,9 @@ function bytesOf(view) {
 
 // shared/open.js
 var PROTOCOL = 1;
+function isAlone() {
+  return document.body.classList.contains("gl-alone");
+}
 function waitingRoot(style, waiting) {
   return element("div", { class: `gl-page ${style}` }, element("p", { class: "gl-wait", role: "status" }, waiting));
 }
@@ -1001,6 +1028,7 @@ function nameForm(verb, value, done) {
 }
 
 // scoring/keyboard.js
+var RATED = ["scored", "already ranked"];
 var KEYS = [
   ["0 … 9", "score 0 … 90 for all selected models"],
   ["H", "score 100"],
@@ -1022,7 +1050,7 @@ var KEYS = [
     "while comparing: prefer the left model, prefer the right model, both alike; ↑ shows the previous pair, N the next pair, Delete removes the answer, Enter shows both in 3D"
   ],
   ["U or Ctrl Z, Ctrl Shift Z", "undo, redo"],
-  ["Ctrl Enter", "update"],
+  ["Ctrl Enter", "learn from all scores now, then show new models"],
   ["+ − =", "zoom in, zoom out, show all; also Ctrl with the wheel"],
   ["?", "show or hide these keys"]
 ];
@@ -1074,8 +1102,14 @@ function listenToKeys(page, display, panel) {
     handOn();
   }
   function handOn() {
-    if (page.preferences.advance && selection.models.length === 1 && selection.cursor + 1 < selection.order.length) {
-      selection.only(selection.cursor + 1);
+    if (page.preferences.advance && selection.models.length === 1) {
+      const { order, cursor } = selection;
+      const open = cursor + 1 < order.length ? cursor + 1 : order.findIndex((model) => knownOf(page, model).score === null);
+      if (open >= 0) selection.only(open);
+      else if (!RATED.includes(page.state.way)) {
+        selection.startAnew();
+        void page.ask("new_models", { way: page.state.way });
+      }
     }
     display.focus();
   }
@@ -1160,14 +1194,35 @@ function makeContrasts(page) {
   return { element: list, update };
 }
 
+// scoring/line.js
+function makeLine(page) {
+  const list = element("div", { class: "gl-next" });
+  const figure = element(
+    "figure",
+    { role: "img", hidden: true },
+    element("figcaption", { class: "gl-next-title", "aria-hidden": "true" }, "Next in line"),
+    list
+  );
+  function draw() {
+    const { line } = page.state;
+    figure.hidden = line.length === 0;
+    figure.ariaLabel = `${line.length} models that are next in line`;
+    while (list.childElementCount < line.length) list.append(element("span", { class: "gl-picture" }));
+    while (list.childElementCount > line.length) list.lastElementChild?.remove();
+    line.forEach((model, at) => drawPicture(
+      /** @type {HTMLElement} */
+      list.children[at],
+      page.pictures.find(model)
+    ));
+  }
+  return { element: figure, draw };
+}
+
 // scoring/learning.js
 var LITTLE = 0.01;
+var LEAST_SHARE = 0.1;
 function makeLearning(page) {
-  const start = textButton("Update", () => void page.ask("update"), {
-    class: "gl-button gl-primary gl-wide",
-    title: "Learn from all scores and show new models (Ctrl Enter)"
-  });
-  const bar2 = element("progress", { class: "gl-progress", max: 1, "aria-label": "Update" });
+  const bar2 = element("progress", { class: "gl-progress", max: 1, "aria-label": "Learning" });
   const stage = element("span");
   const stop = textButton("Cancel", () => void page.ask("cancel"));
   const busy = element(
@@ -1182,15 +1237,23 @@ function makeLearning(page) {
   const words = element("div", { class: "gl-words" });
   const contrasts = makeContrasts(page);
   const why = element("div", {}, element("h3", {}, "What the score depends on"), words, contrasts.element, relevance);
-  const section = element("section", { class: "gl-card", "aria-label": "Learning" }, start, busy, hint, chart, why);
+  const line = makeLine(page);
+  const section = element(
+    "section",
+    { class: "gl-card", "aria-label": "Learning" },
+    line.element,
+    busy,
+    hint,
+    chart,
+    why
+  );
   let drawn = "";
   function update(state) {
     progress(state.updating);
-    start.disabled = said(state) === "";
-    start.classList.toggle("gl-calm", state.fresh);
+    line.draw();
     hint.textContent = hintOf(state);
     why.hidden = state.relevance.length === 0;
-    words.replaceChildren(...state.words.map((line) => element("p", {}, line)));
+    words.replaceChildren(...state.words.map((line2) => element("p", {}, line2)));
     contrasts.update(state);
     relevance.replaceChildren(...state.relevance.map(relevanceLine));
     const points = JSON.stringify(state.chart);
@@ -1198,18 +1261,17 @@ function makeLearning(page) {
     drawn = points;
   }
   function progress(now) {
-    start.hidden = now !== null;
     busy.hidden = now === null;
     if (!now) return;
     stage.textContent = `${now.stage}…`;
     if (now.total) bar2.value = now.done / now.total;
     else bar2.removeAttribute("value");
   }
-  return { element: section, update, progress };
+  return { element: section, update, progress, draw: line.draw };
 }
 function hintOf(state) {
   const [{ fresh, chart, gain, turn, active }, all] = [state, said(state)];
-  if (!all) return "Score some models, then update: new models follow your scores.";
+  if (!all) return "Score some models: those in line follow your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
   const steady = last.length === 2 && last.every(({ js }) => js < LITTLE);
@@ -1220,6 +1282,7 @@ function hintOf(state) {
 }
 function asShare(nats) {
   const share = 100 * nats / Math.LN2;
+  if (share < LEAST_SHARE) return `less than ${LEAST_SHARE} %`;
   return `${share >= 10 ? Math.round(share) : Number(share.toPrecision(1))} %`;
 }
 function said({ scored, compared }) {
@@ -1327,7 +1390,7 @@ function makeRule(channel, mark2) {
       text.replaceChildren(`No rule: ${error instanceof Error ? error.message : error}`);
     }
   }
-  return { element: panel, open, pick, step };
+  return { element: panel, open, pick, step, clear };
 }
 function inWords3({ number: number2, count, path }) {
   const [symbol, place] = path[path.length - 1];
@@ -1818,7 +1881,7 @@ function makeRecent(page) {
   );
   const entries = /* @__PURE__ */ new Map();
   function update() {
-    page.pictures.keep(page.state.recent);
+    page.pictures.keep([...page.state.recent, ...page.state.line]);
     draw();
   }
   function draw() {
@@ -2110,6 +2173,8 @@ var Selection = class {
   /** Position where a range begins. */
   #anchor = 0;
   #changed;
+  /** Whether the keyboard goes to the first model once others are shown. */
+  #anew = false;
   /** @param {() => void} changed */
   constructor(changed) {
     this.#changed = changed;
@@ -2122,8 +2187,17 @@ var Selection = class {
   get current() {
     return this.order[this.cursor];
   }
+  /** Goes to the first model once others are shown. */
+  startAnew() {
+    this.#anew = true;
+  }
   /** Shows other models, or the same in another order. @param {string[]} order */
   show(order) {
+    if (this.#anew && order.length && !order.includes(this.order[this.cursor])) {
+      this.order = order;
+      this.#anew = false;
+      return this.only(0);
+    }
     const follow = (position) => {
       const found = order.indexOf(this.order[position]);
       return found >= 0 ? found : Math.min(position, Math.max(order.length - 1, 0));
@@ -2277,7 +2351,7 @@ var SIZES = [
 function makeToolbar(page, display, pointer) {
   const way = chooserButton("by");
   const size = chooserButton("Grid");
-  const again = textButton("New models", () => void page.ask("populate", { way: page.state.way }), {
+  const again = textButton("New models", () => void page.ask("new_models", { way: page.state.way }), {
     title: "Show other models, chosen by the method in the menu beside"
   });
   const compare = toggleButton("Compare", "Compare two models at a time (C)", page.pairwise);
@@ -2322,7 +2396,7 @@ function makeToolbar(page, display, pointer) {
     return page.state.ways.map(({ name, label, says }) => {
       const show = () => {
         close();
-        void page.ask("populate", { way: name });
+        void page.ask("new_models", { way: name });
       };
       return choice(label, says, show, { checked: name === page.state.way });
     });
@@ -2543,6 +2617,7 @@ function build(root, channel, first) {
     if (page.state.pairs) compare.draw();
     else display.drawSoon();
     recent.draw();
+    learning.draw();
     scoring.update();
   };
   let way = "default";
@@ -2572,7 +2647,7 @@ function build(root, channel, first) {
     ahead: new Ahead(),
     pairwise() {
       const pairs = !page.ahead.of("pairs", page.state.pairs !== null);
-      void page.ahead.set("pairs", pairs, page.ask("populate", { way: pairs ? "pairs" : way }));
+      void page.ahead.set("pairs", pairs, page.ask("new_models", { way: pairs ? "pairs" : way }));
     },
     factor() {
       const { factors: factors2, active } = page.state;
@@ -2734,9 +2809,6 @@ function build(root, channel, first) {
 }
 function inDialog({ target }) {
   return target instanceof Element && target.closest("dialog[open]") !== null;
-}
-function isAlone() {
-  return document.body.classList.contains("gl-alone");
 }
 var alone = document.getElementById("grammarlab");
 if (alone && isAlone()) mount(alone, socketTransport(socketUrl()));

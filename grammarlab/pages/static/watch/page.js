@@ -1,4 +1,4 @@
-/* Built from shared, watch by pages_src/bundle.js; do not edit. Source ecd478484249d6e2 */
+/* Built from shared, watch by pages_src/bundle.js; do not edit. Source 424fd02570ee4ae2 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -292,22 +292,71 @@ function assembler(done) {
     if (buffers.length === (message.buffers ?? 0)) done(message, buffers);
   };
 }
+function widgetTransport(model) {
+  let forward = () => {
+  };
+  const callback = (message, buffers) => forward(message, buffers);
+  model.on("msg:custom", callback);
+  return {
+    send: (message, buffers) => model.send(message, void 0, buffers),
+    listen(heard) {
+      forward = (message, buffers) => heard(message, (buffers ?? []).map(bytesOf));
+    },
+    watch: (changed) => changed(true),
+    close: () => model.off("msg:custom", callback)
+  };
+}
+function bytesOf(view) {
+  if (view instanceof ArrayBuffer) return view;
+  return (
+    /** @type {ArrayBuffer} */
+    view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength)
+  );
+}
 
 // shared/open.js
 var PROTOCOL = 1;
 function openPage(style, waiting, build2, read = () => {
 }) {
-  const root = waitingRoot(style, waiting);
-  document.getElementById("grammarlab")?.append(root);
-  const channel = new Channel(socketTransport(socketUrl()));
-  let built = null;
-  channel.on("state", ({ state }, buffers) => {
-    if (!understands(root, state)) return;
-    read(state, buffers);
-    built ??= build2(root, channel, state);
-    built.update(state);
-  });
-  channel.open((connected) => built?.connection(connected));
+  function mount(host, transport) {
+    const root = waitingRoot(style, waiting);
+    host.append(root);
+    const channel = new Channel(transport);
+    let built = null;
+    function follow(state, buffers) {
+      if (!understands(root, state)) return;
+      read(state, buffers);
+      built ??= build2(root, channel, state);
+      built.update(state);
+    }
+    channel.on("state", ({ state }, buffers) => follow(state, buffers));
+    channel.open((connected) => built?.connection(connected));
+    return {
+      root,
+      /** A notebook may show a widget long after its first state was told. */
+      ask: () => channel.request("state").then(({ result, buffers }) => follow(result, buffers)),
+      close() {
+        built?.close?.();
+        channel.close();
+        root.remove();
+      }
+    };
+  }
+  const alone = isAlone() && document.getElementById("grammarlab");
+  if (alone) mount(alone, socketTransport(socketUrl()));
+  return {
+    /** @param {{ model: any, el: HTMLElement }} widget */
+    render({ model, el }) {
+      const { root, ask, close } = mount(el, widgetTransport(model));
+      root.dataset.lmSuppressShortcuts = "true";
+      root.addEventListener("keydown", (event) => event.stopPropagation());
+      ask().catch((error) => root.textContent = error.message);
+      return close;
+    }
+  };
+}
+function isAlone() {
+  return document.body.classList.contains("gl-alone");
 }
 function waitingRoot(style, waiting) {
   return element("div", { class: `gl-page ${style}` }, element("p", { class: "gl-wait", role: "status" }, waiting));
@@ -369,7 +418,7 @@ function makeRule(channel, mark) {
       text.replaceChildren(`No rule: ${error instanceof Error ? error.message : error}`);
     }
   }
-  return { element: panel, open, pick, step };
+  return { element: panel, open, pick, step, clear };
 }
 function inWords({ number: number2, count, path }) {
   const [symbol, place] = path[path.length - 1];
@@ -384,6 +433,108 @@ function inWords({ number: number2, count, path }) {
 }
 function lineOf(place) {
   return element("small", {}, place.split(":").slice(-2).join(":"));
+}
+
+// shared/tree.js
+function makeTree(chosen) {
+  const list = element("div", { class: "gl-tree", role: "tree", "aria-label": "Derivation tree" });
+  let rows = [];
+  let current = 0;
+  function show(tree) {
+    current = 0;
+    rows = tree.map((entry, index) => ({
+      entry,
+      depth: entry[0],
+      open: entry[0] < 4,
+      parent: tree[index + 1]?.[0] > entry[0],
+      row: rowOf(index, entry)
+    }));
+    list.replaceChildren(...rows.map(({ row }) => row));
+    update();
+  }
+  function rowOf(index, [depth, symbol, note, line, details]) {
+    const made = element(
+      "div",
+      { class: "gl-tree-row", role: "treeitem", "aria-level": depth + 1, title: details },
+      element("span", { class: "gl-twist", "aria-hidden": "true", onclick: () => toggle(index) }),
+      element("b", {}, symbol),
+      element("span", { class: "gl-tree-note" }, note),
+      element("span", { class: "gl-tree-details" }, details),
+      element("span", { class: "gl-tree-line" }, line ? `line ${line}` : "")
+    );
+    made.style.setProperty("--depth", String(depth));
+    made.addEventListener("click", () => select(index));
+    return made;
+  }
+  function toggle(index) {
+    rows[index].open = !rows[index].open;
+    update();
+  }
+  function select(index) {
+    current = index;
+    update();
+    rows[index].row.focus({ preventScroll: false });
+    chosen(rows[index].entry);
+  }
+  function update() {
+    let closed = Infinity;
+    rows.forEach(({ row, depth, open, parent }, index) => {
+      if (depth <= closed) closed = Infinity;
+      row.hidden = depth > closed;
+      if (!row.hidden && parent && !open) closed = depth;
+      if (parent) row.setAttribute("aria-expanded", String(open));
+      row.tabIndex = index === current ? 0 : -1;
+      row.setAttribute("aria-selected", String(index === current));
+    });
+  }
+  list.addEventListener("keydown", (event) => {
+    const { open, parent, depth } = rows[current] ?? {};
+    const moves = { ArrowDown: 1, ArrowUp: -1 };
+    if (event.key in moves && !event.shiftKey) {
+      const by = moves[
+        /** @type {keyof typeof moves} */
+        event.key
+      ];
+      let next = current + by;
+      while (rows[next]?.row.hidden) next += by;
+      if (rows[next]) select(next);
+    } else if (event.key === "ArrowRight" && parent && !open) toggle(current);
+    else if (event.key === "ArrowLeft" && parent && open) toggle(current);
+    else if (event.key === "ArrowLeft") {
+      let above = current;
+      while (above > 0 && rows[above].depth >= depth) above -= 1;
+      select(above);
+    } else return;
+    event.preventDefault();
+    event.stopPropagation();
+  });
+  return {
+    element: list,
+    show,
+    /**
+     * Goes to a row, and opens what it lies in; the keyboard stays where it is.
+     * @param {number} index of the row, -1 for none
+     */
+    go(index) {
+      if (index < 0) return;
+      let depth = rows[index].depth;
+      for (let above = index; above >= 0 && depth > 0; above -= 1)
+        if (rows[above].depth < depth) {
+          rows[above].open = true;
+          depth = rows[above].depth;
+        }
+      current = index;
+      update();
+      rows[index].row.scrollIntoView({ block: "nearest", inline: "nearest" });
+    },
+    /** @returns {number} index of the first row of a symbol, or -1 @param {string} symbol */
+    rowOf: (symbol) => rows.findIndex(({ entry }) => entry[1] === symbol),
+    /** @returns {number} index of the lowest row with a triangle, or -1 @param {number} triangle */
+    rowAt: (triangle) => rows.findLastIndex(({ entry }) => hasTriangle(entry[5] ?? [], triangle))
+  };
+}
+function hasTriangle(runs, triangle) {
+  return runs.some((first, at) => at % 2 === 0 && first <= triangle && triangle < runs[at + 1]);
 }
 
 // shared/viewer_code.js
@@ -413,6 +564,7 @@ async function load(channel) {
 }
 
 // watch/controls.js
+var HEXADECIMAL = /^#[0-9a-f]{6}([0-9a-f]{2})?$/i;
 function makeControls(set) {
   const list = element("div", { class: "gl-plain" });
   const section = element(
@@ -490,6 +642,7 @@ function makeField({ kind, label, choices, low, high, step }, give) {
     "aria-label": label,
     onchange: () => typed.value && give(typed.value)
   });
+  if (kind === "color") return makeColor(label, typed, give);
   const isSlider = kind === "number" && low !== null && high !== null && high > low;
   if (!isSlider) return { elements: [typed], show: (value) => showUnlessTyping(typed, value) };
   const slider = element("input", {
@@ -509,12 +662,29 @@ function makeField({ kind, label, choices, low, high, step }, give) {
     elements: [slider, typed],
     show(value) {
       showUnlessTyping(typed, value);
-      if (document.activeElement !== slider) slider.value = value || String((low + high) / 2);
+      if (!slider.matches(":focus")) slider.value = value || String((low + high) / 2);
     }
   };
 }
+function makeColor(label, typed, give) {
+  const palette = element("input", { class: "wa-color", type: "color", "aria-label": `${label}, palette` });
+  palette.addEventListener("input", () => {
+    typed.value = palette.value + rest(typed.value);
+    give(typed.value);
+  });
+  return {
+    elements: [palette, typed],
+    show(value) {
+      showUnlessTyping(typed, value);
+      if (HEXADECIMAL.test(value)) palette.value = value.slice(0, 7).toLowerCase();
+    }
+  };
+}
+function rest(color) {
+  return HEXADECIMAL.test(color) ? color.slice(7) : "";
+}
 function showUnlessTyping(input, value) {
-  if (document.activeElement !== input) input.value = value;
+  if (!input.matches(":focus")) input.value = value;
 }
 
 // watch/sheet.js
@@ -595,7 +765,14 @@ function build(root, channel, first) {
     "aria-label": "Model in 3D: Shift with arrows turns, + and − zoom, up and down name the rules of its parts"
   });
   const mistakes = element("div", { class: "wa-mistakes", role: "alert" });
-  const rule = makeRule(channel, (triangles) => view?.mark(triangles));
+  const rule = makeRule(channel, (triangles) => {
+    view?.mark(triangles);
+    if (triangles) tree.go(tree.rowAt(triangles[0]));
+  });
+  const tree = makeTree(([, , , , , triangles]) => {
+    rule.clear();
+    view?.mark(triangles ?? null);
+  });
   const controls = makeControls((name, value) => void ask("set", { name, value }));
   const sheet = makeSheet(
     () => void ask("sheet"),
@@ -653,7 +830,8 @@ function build(root, channel, first) {
           )
         ),
         sheet.element,
-        controls.element
+        controls.element,
+        element("section", { class: "gl-card wa-tree", "aria-label": "Tree" }, element("h2", {}, "Tree"), tree.element)
       )
     ),
     notes.element,
@@ -668,8 +846,9 @@ function build(root, channel, first) {
     const { seed: now, model: here } = ahead.of("wanted", state);
     want(now, here + by);
   }
-  addEventListener("keydown", (event) => {
+  const keyed = (event) => {
     const on = event.target;
+    if (event.defaultPrevented) return;
     const isTyping = on instanceof HTMLElement && on.closest("input:not([type=range], [type=checkbox]), select, dialog[open]");
     if (isTyping || event.altKey) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
@@ -689,18 +868,24 @@ function build(root, channel, first) {
     else if (key === "?") help.open();
     else return;
     event.preventDefault();
-  });
+  };
+  root.addEventListener("keydown", keyed);
+  const loose = (event) => {
+    if (event.target === document.body) keyed(event);
+  };
+  if (isAlone()) document.addEventListener("keydown", loose);
   async function load2() {
     const wanted = state.version;
     if (!wanted || wanted === shown) return;
     shown = wanted;
     const now = `${state.seed} ${state.model}`;
     try {
-      const [{ buffers }, { show }] = await Promise.all([channel.request("model"), code()]);
+      const [{ result, buffers }, { show }] = await Promise.all([channel.request("model"), code()]);
       const damping = !matchMedia("(prefers-reduced-motion: reduce)").matches;
       view ??= show(canvas, { damping, picked: rule.pick });
       rule.open("");
       await view.load(buffers[0], now === shownOf);
+      tree.show(result.tree);
       shownOf = now;
       Object.assign(canvas.dataset, { version: wanted, shown: now });
     } catch (error) {
@@ -714,7 +899,7 @@ function build(root, channel, first) {
       ahead.told();
       title.textContent = state.title;
       title.title = state.file;
-      document.title = `${state.title} – grammarlab`;
+      if (isAlone()) document.title = `${state.title} – grammarlab`;
       const errors = state.mistakes.filter(({ severity }) => severity === "error").length;
       status.dataset.state = state.busy || errors ? "saving" : "saved";
       status.textContent = state.busy ? "making…" : errors ? `${errors} ${errors === 1 ? "error" : "errors"}` : `${state.shapes.toLocaleString()} shapes`;
@@ -728,7 +913,7 @@ function build(root, channel, first) {
           [model, state.model]
         ]
       )
-        if (document.activeElement !== input) input.value = String(value);
+        if (!input.matches(":focus")) input.value = String(value);
       undo.disabled = !state.undo;
       undo.title = state.undo ? `Undo: ${state.undo} (Ctrl Z)` : "Nothing to undo";
       redo.disabled = !state.redo;
@@ -740,6 +925,12 @@ function build(root, channel, first) {
     /** @param {boolean} connected */
     connection(connected) {
       notes.announce(connected ? "" : LOST);
+    },
+    close() {
+      document.removeEventListener("keydown", loose);
+      resizes.disconnect();
+      view?.dispose();
+      help.close();
     }
   };
 }
@@ -766,4 +957,7 @@ function number(label, given) {
   });
   return input;
 }
-openPage("wa-page", "Making the first model…", build);
+var main_default = openPage("wa-page", "Making the first model…", build);
+export {
+  main_default as default
+};

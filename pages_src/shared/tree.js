@@ -1,41 +1,44 @@
-import { element } from "../shared/element.js";
+import { element } from "./element.js";
 
-/** @typedef {import("./types.js").Row} Row */
+/**
+ * @typedef {[depth: number, symbol: string, note: string, line: number, details: string, triangles?: number[]]} Row
+ *   the triangles below it: first ones and ends in turn
+ */
 
 /**
  * The derivation tree of a model: a list that opens and closes, with one row in the order of Tab.
- * @param {(symbol: string) => void} chosen gets the symbol of a row; empty for none
+ * @param {(row: Row) => void} chosen gets the row that a person goes to
  */
 export function makeTree(chosen) {
-  const list = element("div", { class: "vi-tree", role: "tree", "aria-label": "Derivation tree" });
-  /** @type {{ row: HTMLElement, depth: number, symbol: string, open: boolean, parent: boolean }[]} */
+  const list = element("div", { class: "gl-tree", role: "tree", "aria-label": "Derivation tree" });
+  /** @type {{ row: HTMLElement, entry: Row, depth: number, open: boolean, parent: boolean }[]} */
   let rows = [];
   let current = 0;
 
   /** @param {Row[]} tree */
   function show(tree) {
     current = 0;
-    rows = tree.map(([depth, symbol, note, line, details], index) => ({
-      depth,
-      symbol,
-      open: depth < 4,
-      parent: tree[index + 1]?.[0] > depth,
-      row: rowOf(index, { depth, symbol, note, line, details }),
+    rows = tree.map((entry, index) => ({
+      entry,
+      depth: entry[0],
+      open: entry[0] < 4,
+      parent: tree[index + 1]?.[0] > entry[0],
+      row: rowOf(index, entry),
     }));
     list.replaceChildren(...rows.map(({ row }) => row));
     update();
   }
 
-  /** @param {number} index @param {{ depth: number, symbol: string, note: string, line: number, details: string }} row */
-  function rowOf(index, { depth, symbol, note, line, details }) {
+  /** @param {number} index @param {Row} entry */
+  function rowOf(index, [depth, symbol, note, line, details]) {
     const made = element(
       "div",
-      { class: "vi-row", role: "treeitem", "aria-level": depth + 1, title: details },
-      element("span", { class: "vi-twist", "aria-hidden": "true", onclick: () => toggle(index) }),
+      { class: "gl-tree-row", role: "treeitem", "aria-level": depth + 1, title: details },
+      element("span", { class: "gl-twist", "aria-hidden": "true", onclick: () => toggle(index) }),
       element("b", {}, symbol),
-      element("span", { class: "vi-note" }, note),
-      element("span", { class: "vi-details" }, details),
-      element("span", { class: "vi-line" }, line ? `line ${line}` : ""),
+      element("span", { class: "gl-tree-note" }, note),
+      element("span", { class: "gl-tree-details" }, details),
+      element("span", { class: "gl-tree-line" }, line ? `line ${line}` : ""),
     );
     made.style.setProperty("--depth", String(depth));
     made.addEventListener("click", () => select(index));
@@ -53,7 +56,7 @@ export function makeTree(chosen) {
     current = index;
     update();
     rows[index].row.focus({ preventScroll: false });
-    chosen(rows[index].symbol);
+    chosen(rows[index].entry);
   }
 
   function update() {
@@ -90,9 +93,11 @@ export function makeTree(chosen) {
   return {
     element: list,
     show,
-    /** Goes to the first row of a symbol, and opens what it lies in. @param {string} symbol */
-    find(symbol) {
-      const index = rows.findIndex((row) => row.symbol === symbol);
+    /**
+     * Goes to a row, and opens what it lies in; the keyboard stays where it is.
+     * @param {number} index of the row, -1 for none
+     */
+    go(index) {
       if (index < 0) return;
       let depth = rows[index].depth;
       for (let above = index; above >= 0 && depth > 0; above -= 1)
@@ -100,7 +105,18 @@ export function makeTree(chosen) {
           rows[above].open = true;
           depth = rows[above].depth;
         }
-      select(index);
+      current = index;
+      update();
+      rows[index].row.scrollIntoView({ block: "nearest", inline: "nearest" });
     },
+    /** @returns {number} index of the first row of a symbol, or -1 @param {string} symbol */
+    rowOf: (symbol) => rows.findIndex(({ entry }) => entry[1] === symbol),
+    /** @returns {number} index of the lowest row with a triangle, or -1 @param {number} triangle */
+    rowAt: (triangle) => rows.findLastIndex(({ entry }) => hasTriangle(entry[5] ?? [], triangle)),
   };
+}
+
+/** @param {number[]} runs first ones and ends in turn @param {number} triangle */
+function hasTriangle(runs, triangle) {
+  return runs.some((first, at) => at % 2 === 0 && first <= triangle && triangle < runs[at + 1]);
 }
