@@ -36,7 +36,11 @@ class StlWriter(AbstractWriter):
     def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
         """See `AbstractWriter.add`."""
         solid = solid_of(scene)
-        corners = z_up(solid.points + offset).astype(np.float32)[solid.triangles]
+        points = z_up(solid.points + offset).astype(np.float32)
+        # Points that are one with 32 bits make triangles without an area, beside which programs find holes.
+        _, place = np.unique(points, axis=0, return_inverse=True)
+        places = place.ravel()[solid.triangles]
+        corners = points[solid.triangles[(places != np.roll(places, 1, axis=1)).all(axis=1)]]
         turn = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         length = np.linalg.norm(turn, axis=1, keepdims=True)
         faces = np.zeros(len(corners), _FACE)

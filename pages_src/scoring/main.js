@@ -78,9 +78,10 @@ function mount(host, transport) {
   });
 
   return () => {
+    // Taken away first: what is not shown any more does not ask for pictures that are let go.
+    root.remove();
     built?.close();
     channel.close();
-    root.remove();
   };
 }
 

@@ -107,7 +107,10 @@ export function makeTree(chosen) {
         }
       current = index;
       update();
-      rows[index].row.scrollIntoView({ block: "nearest", inline: "nearest" });
+      // Only the list scrolls: what is around it stays in view.
+      const { row } = rows[index];
+      const end = row.offsetTop + row.offsetHeight - list.clientHeight;
+      list.scrollTop = Math.max(Math.min(list.scrollTop, row.offsetTop), end);
     },
     /** @returns {number} index of the first row of a symbol, or -1 @param {string} symbol */
     rowOf: (symbol) => rows.findIndex(({ entry }) => entry[1] === symbol),

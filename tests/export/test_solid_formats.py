@@ -13,8 +13,8 @@ import trimesh
 from PIL import Image
 
 from grammarlab.derivation.derive import derive
-from grammarlab.export import SaveOptions, save
-from grammarlab.export.printable_solids import solid_of
+from grammarlab.export import SaveOptions, save, stl
+from grammarlab.export.printable_solids import Solid, solid_of
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import realize
 from tests.export.gltf import read_glb, world
@@ -46,6 +46,18 @@ def test_an_open_shell_has_walls_and_stays_hollow():
     mesh = trimesh.Trimesh(solid.points, solid.triangles, process=False)
     assert mesh.is_watertight
     assert mesh.volume == pytest.approx(20 * 20 * 6 - 19.6 * 19.6 * 5.8, rel=5e-3)
+
+
+def test_points_that_are_one_in_the_32_bits_of_an_stl_leave_no_holes(tmp_path, monkeypatch):
+    """A tetrahedron with a point on an edge, a nanometre from its end."""
+    points = np.array([[9.0, 5, 0], [9, 6, 0], [10, 5, 0], [9, 5, 1], [9, 5 + 1e-9, 0]])
+    triangles = np.array([[0, 4, 2], [4, 1, 2], [0, 3, 4], [4, 3, 1], [1, 3, 2], [3, 0, 2]])
+    solid = Solid(points, triangles, np.zeros(6, np.int32))
+    assert trimesh.Trimesh(points, triangles, process=False).is_watertight
+    monkeypatch.setattr(stl, "solid_of", lambda _scene: solid)
+    read: Any = trimesh.load_mesh(save(realize(derive(Grammar.parse(RULES), 1, 1)), tmp_path / "point.stl"))
+    assert len(read.faces) == 4
+    assert read.is_watertight
 
 
 def test_a_3mf_is_valid_and_has_the_places_colours_and_names_of_its_models(tmp_path):

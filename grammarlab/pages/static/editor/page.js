@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source af38a9fdc10dcc1c */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source a128b636c4949b53 */
 
 // shared/ahead.js
 var Ahead = class {

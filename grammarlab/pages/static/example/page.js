@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source 9cf43a10fe2c0d3e */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source 8b16fd930acc88ec */
 
 // shared/ahead.js
 var Ahead = class {

@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source e7c2d4301ea7e187 */
+/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 47daef47c15a27bd */
 
 // shared/ahead.js
 var Ahead = class {

@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source ab77f7a17f487c14 */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 574ffa579ceea0ed */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 71657d7cebd62f64 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source bb320c0163a05899 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -2607,9 +2607,9 @@ function mount(host, transport) {
     }
   });
   return () => {
+    root.remove();
     built?.close();
     channel.close();
-    root.remove();
   };
 }
 function build(root, channel, first) {

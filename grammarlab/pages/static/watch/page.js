@@ -1,4 +1,4 @@
-/* Built from shared, watch by pages_src/bundle.js; do not edit. Source 424fd02570ee4ae2 */
+/* Built from shared, watch by pages_src/bundle.js; do not edit. Source 572aae4d6ce9868c */
 
 // shared/ahead.js
 var Ahead = class {
@@ -525,7 +525,9 @@ function makeTree(chosen) {
         }
       current = index;
       update();
-      rows[index].row.scrollIntoView({ block: "nearest", inline: "nearest" });
+      const { row } = rows[index];
+      const end = row.offsetTop + row.offsetHeight - list.clientHeight;
+      list.scrollTop = Math.max(Math.min(list.scrollTop, row.offsetTop), end);
     },
     /** @returns {number} index of the first row of a symbol, or -1 @param {string} symbol */
     rowOf: (symbol) => rows.findIndex(({ entry }) => entry[1] === symbol),
@@ -830,8 +832,8 @@ function build(root, channel, first) {
           )
         ),
         sheet.element,
-        controls.element,
-        element("section", { class: "gl-card wa-tree", "aria-label": "Tree" }, element("h2", {}, "Tree"), tree.element)
+        element("section", { class: "gl-card wa-tree", "aria-label": "Tree" }, element("h2", {}, "Tree"), tree.element),
+        controls.element
       )
     ),
     notes.element,
