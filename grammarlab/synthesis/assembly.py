@@ -16,7 +16,7 @@ from grammarlab.synthesis.analysis.example import OUTSIDE, Example, Region
 from grammarlab.synthesis.label_grid import LabelGrid, unnumbered
 from grammarlab.synthesis.mesh.surface import Surface, joined
 from grammarlab.synthesis.mesh.views import placed_from, plane_of
-from grammarlab.synthesis.units import BuildingCut, Knots, Stretch, row_knots
+from grammarlab.synthesis.units import BuildingCut, Knots, Stretch, cell_knots, row_knots
 
 _MIN_CELL_M = 0.05
 """Least width and height of a cell, metres."""
@@ -180,17 +180,22 @@ def assemble(cut: BuildingCut, tilings: Sequence[Tiling], stretch: Stretch) -> U
     pieces = [stretch.moved(cut.rest)]
     for tiling in tilings:
         for row, column in np.ndindex(tiling.grid.labels.shape):
-            wall, *source = tiling.sources[row, column].tolist()
-            low, high = tiling.walls[wall].cell(*source)
-            new_low, new_high = tiling.cell(row, column)
-            unit = cut.cells[wall][source[0]][source[1]]
-            points = np.empty_like(unit.points)
-            part = (unit.points[:, :2] - low) / (high - low)
-            # Both ends are exact, so that pieces that meet at a line have equal coordinates there.
-            points[:, :2] = np.where(part == 1.0, new_high, new_low + part * (new_high - new_low))
-            points[:, 2] = unit.points[:, 2] - tiling.walls[wall].plane + tiling.plane
-            pieces.append(unit.moved(placed_from(tiling.region.side, points)))
+            unit = unit_in(cut, tiling, row, column)
+            pieces.append(unit.moved(placed_from(tiling.region.side, unit.points)))
     return UnstitchedPieces(joined(pieces), np.cumsum([0, *(len(piece.points) for piece in pieces)]))
+
+
+def unit_in(cut: BuildingCut, tiling: Tiling, row: int, column: int) -> Surface:
+    """The unit in a cell of a tiling, in the coordinates of the view.
+
+    Both ends are exact, so that pieces that meet at a line have equal coordinates there.
+    """
+    wall, source_row, source_column = tiling.sources[row, column].tolist()
+    region = tiling.walls[wall]
+    unit = cut.cells[wall][source_row][source_column]
+    depths = np.array([region.plane, region.plane + 1.0])
+    moved = Knots(depths, depths - region.plane + tiling.plane)
+    return Stretch((*cell_knots(region, source_row, source_column, *tiling.cell(row, column)), moved)).moved(unit)
 
 
 def facade_of(region: Region) -> Facade:
@@ -208,11 +213,11 @@ def facade_of_tiling(tiling: Tiling, stretch: Stretch) -> Facade:
     region, boxes, names = tiling.region, [], []
     for row, column in np.ndindex(tiling.grid.labels.shape):
         label = int(tiling.grid.labels[row, column])
-        number, *source = tiling.sources[row, column].tolist()
-        low, high = tiling.walls[number].cell(*source)
-        new_low, new_high = tiling.cell(row, column)
-        part = (tiling.walls[number].elements_in(*source).reshape(-1, 2, 2) - low) / (high - low)
-        boxes.append((new_low + part * (new_high - new_low)).reshape(-1, 4))
+        number, source_row, source_column = tiling.sources[row, column].tolist()
+        source = tiling.walls[number]
+        x, y = cell_knots(source, source_row, source_column, *tiling.cell(row, column))
+        corners = source.elements_in(source_row, source_column).reshape(-1, 2)
+        boxes.append(np.stack([x.at(corners[:, 0]), y.at(corners[:, 1])], axis=1).reshape(-1, 4))
         names += [unnumbered(tiling.grid.names[label])] * len(boxes[-1])
     wall = np.array(
         [[_stretched(region.side, axis, float(corner[axis]), stretch) for axis in (0, 1)] for corner in region.wall]

@@ -23,6 +23,7 @@ from grammarlab.synthesis.building_grammar import (
     BuildingParts,
     BuildingRules,
     Terminal,
+    UnitScope,
     halves,
     inserted_parts,
     unit_body,
@@ -139,7 +140,9 @@ class _Writer:
 
     def _unit(self, region: Region, wall: int, row: int, column: int) -> str:
         surface = self.parts.cell(wall, row, column)
-        return unit_body(surface, region, row, column, self.colors, self.terminals, "family-")
+        file = f"family-{region.name.replace(':', '-')}-{row * len(region.columns) + column}"
+        scope = UnitScope(file, *region.cell(row, column), region.plane)
+        return unit_body(surface, scope, self.colors, self.terminals)
 
     def around(self, tilings: Sequence[Tiling], growth: BuildingGrowth) -> Around:
         """The other walls and the rest."""

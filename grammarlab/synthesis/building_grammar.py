@@ -15,7 +15,7 @@ from manifold3d import Manifold, Mesh64
 from grammarlab.arrays import Floats, Ints
 from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, number, rule_name
 from grammarlab.synthesis.analysis.example import Example, Region
-from grammarlab.synthesis.assembly import Tiling
+from grammarlab.synthesis.assembly import Tiling, unit_in
 from grammarlab.synthesis.mesh.solids import solid_of, surface_of
 from grammarlab.synthesis.mesh.surface import Color, Surface, sliced
 from grammarlab.synthesis.mesh.views import VIEWS, placed_from, seen_from
@@ -156,30 +156,32 @@ def inserted_parts(
     return "\n".join([*lines, "    NIL"])
 
 
-def unit_body(
-    surface: Surface,
-    region: Region,
-    row: int,
-    column: int,
-    colors: Sequence[Color],
-    terminals: list[Terminal],
-    kind: str = "",
-) -> str:
+@dataclass(frozen=True, slots=True)
+class UnitScope:
+    """The cell whose scope a unit fills."""
+
+    file: str
+    """Middle of the names of its files."""
+    low: Floats
+    """[2] lower left corner in the coordinates of the view, metres."""
+    high: Floats
+    """[2] upper right corner, metres."""
+    plane: float
+    """Depth of the wall, metres."""
+
+
+def unit_body(surface: Surface, scope: UnitScope, colors: Sequence[Color], terminals: list[Terminal]) -> str:
     """CGA that makes a unit in the scope of its cell; its meshes are added to the terminals.
 
     Args:
         surface: the unit, in the coordinates of the view.
-        region: the wall of the unit.
-        row: row of the unit in the wall.
-        column: column of the unit in the wall.
+        scope: its cell.
         colors: colors of materials.
         terminals: meshes so far.
-        kind: start of the names of files.
     """
     if not len(surface):
         return "    NIL"
-    low, high = region.cell(row, column)
-    corner, cell = np.array([*low, region.plane]), high - low
+    corner, cell = np.array([*scope.low, scope.plane]), scope.high - scope.low
 
     def placement(start: Floats, end: Floats) -> tuple[str, str]:
         offset, size = start - corner, end - start
@@ -188,8 +190,7 @@ def unit_body(
             _list([*(size[:2] / cell), size[2]], ("'", "'", "")),
         )
 
-    name = f"{kind}{region.name.replace(':', '-')}-{row * len(region.columns) + column}"
-    return inserted_parts(name, surface, placement, colors, terminals)
+    return inserted_parts(scope.file, surface, placement, colors, terminals)
 
 
 def _painted(solid: Manifold) -> Surface:
@@ -231,11 +232,15 @@ def _rows(
     colors: Sequence[Color],
     terminals: list[Terminal],
 ) -> list[str]:
-    """The rules of one wall: its rows, each different row, each unit."""
-    units, inverse = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
-    cell_units: Ints = inverse.reshape(tiling.grid.labels.shape)
+    """The rules of one wall: its rows, each different row, each unit of a size."""
+    shape = tiling.grid.labels.shape
+    heights, widths = np.diff(tiling.rows), np.diff(tiling.columns)
+    sizes = np.stack(np.broadcast_arrays(widths, heights[:, None]), axis=2).round(_DIGITS)
+    keys = np.concatenate([tiling.sources, sizes], axis=2).reshape(-1, 5)
+    units, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    cell_units: Ints = inverse.reshape(shape)
     unit = []
-    for wall, row, column in units.tolist():
+    for wall, row, column in units[:, :3].astype(np.int64).tolist():
         grid = tiling.walls[wall].grid
         unit.append(names.new(f"{rule}{rule_name(grid.names[grid.labels[row, column]])}"))
     kinds: dict[tuple[int, ...], str] = {}
@@ -243,17 +248,16 @@ def _rows(
     for line in lines:
         if line not in kinds:
             kinds[line] = names.new(f"{rule}Row{len(kinds) + 1}")
-    heights, widths = np.diff(tiling.rows), np.diff(tiling.columns)
     parts = [(float(height), kinds[line]) for height, line in zip(heights, lines, strict=True)]
     rules = [f"{rule} -->\n    split(y) {{ {_split(parts)} }}"]
     for row, name in kinds.items():
         split = _split([(float(width), unit[index]) for width, index in zip(widths, row, strict=True)])
         rules.append(f"{name} -->\n    split(x) {{ {split} }}")
-    for name, source in zip(unit, units.tolist(), strict=True):
-        wall, row, column = source
-        region = tiling.walls[wall]
-        body = unit_body(cut.cells[wall][row][column], region, row, column, colors, terminals)
-        rules.append(f"{name} -->\n{body}")
+    for index, (name, cell) in enumerate(zip(unit, first.tolist(), strict=True)):
+        row, column = divmod(cell, shape[1])
+        file = f"{tiling.region.name.replace(':', '-')}-{index}"
+        scope = UnitScope(file, *tiling.cell(row, column), tiling.plane)
+        rules.append(f"{name} -->\n{unit_body(unit_in(cut, tiling, row, column), scope, colors, terminals)}")
     return rules
 
 

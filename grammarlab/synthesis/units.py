@@ -23,6 +23,10 @@ _SIZE_TOLERANCE_M, _DEPTH_TOLERANCE_M = 0.02, 0.03
 """Largest differences of the elements of equal units of two examples, metres; wider with noise."""
 _NOISE_FACTOR = 4.0
 """Multiple of the noise by which these differences are wider."""
+_MIN_WALL_SHARE = 0.5
+"""Least share that is left of the wall around elements in a smaller cell; with less, elements become smaller, too."""
+_EQUAL_SIZE_M = 1e-6
+"""Difference of cells up to which they are equally large, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,12 +60,18 @@ class UnitStock:
 
 @dataclass(frozen=True, slots=True)
 class Knots:
-    """Positions on an axis and their new positions; the map between them is linear."""
+    """Positions on an axis and their new positions; the map between them is linear, and what is beyond them moves."""
 
     old: Floats
     """[K] ascending positions, metres."""
     new: Floats
     """[K] ascending new positions, metres."""
+
+    def at(self, positions: Floats) -> Floats:
+        """[N] new positions of some on the axis, metres."""
+        old, new = self.old, self.new
+        outside = np.where(positions < old[0], positions - old[0] + new[0], positions - old[-1] + new[-1])
+        return np.where((positions < old[0]) | (positions > old[-1]), outside, np.interp(positions, old, new))
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,9 +82,7 @@ class Stretch:
 
     def along(self, axis: int, positions: Floats) -> Floats:
         """[N] new positions on an axis."""
-        old, new = self.axes[axis].old, self.axes[axis].new
-        outside = np.where(positions < old[0], positions - old[0] + new[0], positions - old[-1] + new[-1])
-        return np.where((positions < old[0]) | (positions > old[-1]), outside, np.interp(positions, old, new))
+        return self.axes[axis].at(positions)
 
     def moved(self, surface: Surface) -> Surface:
         """A stretched surface, cut at inner knots, so that points on an edge stay on it."""
@@ -82,6 +90,50 @@ class Stretch:
             for position in knots.old[1:-1].tolist():
                 surface = sliced(surface, axis, position, SNAP)
         return surface.moved(np.stack([self.along(axis, surface.points[:, axis]) for axis in range(3)], axis=1))
+
+
+def cell_knots(region: Region, row: int, column: int, low: Floats, high: Floats) -> tuple[Knots, Knots]:
+    """The map of a unit to another cell: elements, with what touches them, keep their size, and walls take the rest.
+
+    A cell that is too small for this, or without elements, is scaled.
+
+    Args:
+        region: the wall of the unit.
+        row: row of the unit.
+        column: column of the unit.
+        low: [2] lower left corner of the new cell, metres.
+        high: [2] upper right corner, metres.
+    """
+    old_low, old_high = region.cell(row, column)
+    boxes = region.whole_in(row, column)
+    x, y = (
+        _rigid_knots(boxes[:, [axis, axis + 2]], (old_low[axis], old_high[axis]), (low[axis], high[axis]))
+        for axis in (0, 1)
+    )
+    return x, y
+
+
+def _rigid_knots(parts: Floats, old: tuple[float, float], new: tuple[float, float]) -> Knots:
+    """Knots between which some parts keep their size.
+
+    Args:
+        parts: [K, 2] starts and ends of the parts, metres.
+        old: start and end of the cell, metres.
+        new: start and end of the new cell, metres.
+    """
+    scaled = Knots(np.array(old), np.array(new))
+    change = (new[1] - new[0]) - (old[1] - old[0])
+    if abs(change) <= _EQUAL_SIZE_M or not len(parts):
+        return scaled
+    ends = np.unique(np.clip([*parts.ravel(), *old], *old))
+    middle = (ends[1:] + ends[:-1]) / 2.0
+    is_rigid = np.any((parts[:, :1] < middle) & (middle < parts[:, 1:]), axis=0)
+    sizes = np.diff(ends)
+    wall = float(sizes[~is_rigid].sum())
+    if wall <= SNAP or wall + change < _MIN_WALL_SHARE * wall:
+        return scaled
+    sizes = np.where(is_rigid, sizes, sizes * (wall + change) / wall)
+    return Knots(ends, np.array([new[0], *(new[0] + np.cumsum(sizes))[:-1], new[1]]))
 
 
 def stock_of(examples: Sequence[Example]) -> UnitStock:

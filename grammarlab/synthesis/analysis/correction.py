@@ -99,6 +99,7 @@ def _region(region: Region, wall: dict[str, Any]) -> Region:
         columns=replace(columns, member=columns.member[inside]),
         rows=replace(rows, member=rows.member[inside]),
         elements=region.elements[inside],
+        whole=region.whole[inside],
         grid=LabelGrid.from_labels(labels, names),
     )
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.lattice import Lattice, lattice
 from grammarlab.synthesis.analysis.panes import panes_of
@@ -62,6 +62,8 @@ class Region:
     front: float
     elements: Floats
     """[E, 4] boxes of the elements, low and high corners, metres."""
+    whole: Floats
+    """[E, 4] boxes of the elements with the sills, frames and shutters that touch them, metres."""
     wall: Floats
     """[2, 2] low and high corner of the wall, metres."""
     noise: float
@@ -86,7 +88,15 @@ class Region:
 
     def elements_in(self, row: int, column: int) -> Floats:
         """[K, 4] boxes of the elements in a cell."""
-        return self.elements[(self.rows.member == row) & (self.columns.member == column)]
+        return self.elements[self._members(row, column)]
+
+    def whole_in(self, row: int, column: int) -> Floats:
+        """[K, 4] boxes of the elements in a cell, with what touches them."""
+        return self.whole[self._members(row, column)]
+
+    def _members(self, row: int, column: int) -> Flags:
+        """[E] whether an element is in a cell."""
+        return (self.rows.member == row) & (self.columns.member == column)
 
     def source(self, label: int, around: tuple[int, int, int, int] = INSIDE) -> tuple[int, int]:
         """Row and column of the unit that represents a label: one with equal neighbours, near the middle of such units.
@@ -313,6 +323,7 @@ def _regions(surface: Surface, patches: Ints) -> list[Region]:
                 back=back,
                 front=front,
                 elements=np.hstack([elements.low, elements.high]),
+                whole=elements.whole.reshape(-1, 4),
                 wall=np.stack([wall.low, wall.high]),
                 noise=wall.noise,
             )

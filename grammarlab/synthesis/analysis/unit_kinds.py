@@ -19,7 +19,8 @@ _SIZE_TOLERANCE_M, _NOISE_FACTOR = 0.03, 4.0
 _MOST_EXAMPLES = 8
 """Largest number of cells of a kind that others are compared with."""
 _CELL_TOLERANCE = 0.35
-"""Largest relative difference of cells of equal units; units are scaled to the size of their row and column."""
+"""Largest relative difference of cells of equal units without elements, which are scaled to the size of their row and
+column; elements keep their size."""
 _DEPTH_TOLERANCE_M, _DEPTH_NOISE_FACTOR = 0.03, 5.0
 """Largest difference of depths of equal units, in metres, and as a multiple of the noise."""
 _EDGE_NOISE_FACTOR = 4.0
@@ -126,7 +127,7 @@ def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
         return False
     if not len(a.boxes) and not a.off.any() and not b.off.any():
         return True  # a flat wall has any size
-    if (np.abs(a.size - b.size) > _CELL_TOLERANCE * np.maximum(a.size, b.size)).any():
+    if not len(a.boxes) and (np.abs(a.size - b.size) > _CELL_TOLERANCE * np.maximum(a.size, b.size)).any():
         return False
     if len(a.boxes) and np.abs(_sizes(a) - _sizes(b)).max() > _SIZE_TOLERANCE_M + _NOISE_FACTOR * noise:
         return False
