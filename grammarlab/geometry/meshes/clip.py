@@ -27,6 +27,8 @@ from grammarlab.geometry.meshes.vectors import any_normal, cross, dot
 
 _TOLERANCE = 1e-9
 """Largest distance of points on a plane, as a share of the largest coordinate of their mesh."""
+_THIN = 1e-3
+"""Metres from a trim plane within which points lie on it: no slivers are cut off or left, as in CityEngine."""
 _MEETING = 1e-6
 """Metres within which sheets meet on the plane of a cut."""
 
@@ -113,7 +115,7 @@ def _part_behind(meshes: Meshes, normals: Floats, levels: Floats) -> Meshes:
     """
     of_point = meshes.mesh_of_point()
     distance = levels.take(of_point) - dot(normals.take(of_point, axis=0), meshes.points)
-    distance[np.abs(distance) <= _slack(meshes).take(of_point)] = 0.0
+    distance[np.abs(distance) <= np.maximum(_slack(meshes), _THIN).take(of_point)] = 0.0
     faces = Soup.of_faces(meshes, np.arange(meshes.num_faces))
     at_corner = distance.take(faces.rows)
     highest, lowest = max_rows(at_corner, faces.offsets, 0.0), -max_rows(-at_corner, faces.offsets, 0.0)

@@ -6,7 +6,7 @@ import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from grammarlab.geometry.meshes.clip import slabs
+from grammarlab.geometry.meshes.clip import slabs, trimmed
 from grammarlab.geometry.meshes.extrude import extrude
 from grammarlab.geometry.meshes.measure import (
     area_vectors,
@@ -273,3 +273,22 @@ def test_nothing_is_left_of_nothing():
     assert len(slabs(nothing, np.zeros(0, np.int64), 0, np.zeros(0), np.zeros(0))) == 0
     assert slabs(nothing, np.zeros(2, np.int64), 0, np.zeros(2), np.ones(2)).num_faces == 0
     assert slabs(box(), np.zeros(1, np.int64), 0, np.array([0.5]), np.array([0.5])).num_faces == 0
+
+
+LEG = 1.0 - 0.002 * 2**0.5
+"""Leg of the triangle between the corner of a unit square and a line 2 mm from its diagonal."""
+
+
+@pytest.mark.parametrize(
+    ("offset", "num", "area"),
+    [
+        (-0.002, 4, LEG**2 + 2.0 * LEG),
+        (-0.0009, 4, 3.0),
+        (0.0, 4, 3.0),
+        (0.0009, 4, 3.0),
+        (0.002, 6, 2.0 - LEG**2 + 2.0 + 2.0 * (1.0 - LEG)),
+    ],
+)
+def test_a_plane_within_a_millimetre_of_the_diagonal_of_a_cube_halves_it_without_slivers(offset, num, area):
+    half = trimmed(box(), np.array([0]), np.array([[1.0, 0.0, 1.0]]) / 2**0.5, np.array([0.5**0.5 + offset]))
+    assert (half.num_faces, areas(half)[0]) == (num, pytest.approx(area, abs=1e-12))
