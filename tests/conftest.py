@@ -5,11 +5,16 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Generator
+import tempfile
+import time
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
+from grammarlab.locks import try_lock
 from grammarlab.runs.work.compiled import keep_compiled
 from tests.cases import PART, is_due
 
@@ -35,14 +40,31 @@ if PART is not None:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection() -> Generator[None, object, object]:
+def pytest_collection(session: pytest.Session) -> Generator[None, object, object]:
     """Nothing is garbage while tests are collected: millions of objects of modules are not looked through each time."""
-    gc.disable()
-    try:
-        return (yield)
-    finally:
-        gc.enable()
-        gc.freeze()
+    with _one_worker_at_a_time(session.config):
+        gc.disable()
+        try:
+            return (yield)
+        finally:
+            gc.enable()
+            gc.freeze()
+
+
+@contextmanager
+def _one_worker_at_a_time(config: pytest.Config) -> Iterator[None]:
+    """In a new checkout the second worker finds the bytecode of the first, instead of making it beside it."""
+    run = getattr(config, "workerinput", {}).get("testrunuid")
+    if run is None:
+        yield
+        return
+    path = Path(tempfile.gettempdir()) / f"grammarlab-tests-{run}"
+    with path.open("wb") as file:
+        while not try_lock(file.fileno()):
+            time.sleep(0.1)
+        yield
+    with suppress(OSError):
+        path.unlink()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
