@@ -111,10 +111,11 @@ OBSERVE = """
       }, 2000);
     });
   });
-  document.querySelector('.gl-primary').click();
+  document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'Enter', ctrlKey: true, bubbles: true }));
 }
 """
-"""Clicks on Update; tells s until the new models are drawn, ms of the longest gap between frames and of long tasks."""
+"""Asks to learn from all scores; tells s until the new models are drawn, ms of the longest gap between frames and of
+long tasks."""
 
 
 @pytest.fixture

@@ -227,7 +227,9 @@ class Learning:
     def _submit(self, update: Update, *, is_behind: bool) -> int:
         record = self._display.record
         done = partial(self._take_update, update, (record.num_shown, record.label_revision), is_behind)
-        return self._learners.submit(update, done, on_progress=None if is_behind else self._progress)
+        return self._learners.submit(
+            update, done, on_progress=self._progress_if_awaited if is_behind else self._progress
+        )
 
     def _submit_choice(self, choice: ModelChoice, done: Callable[[TaskOutcome], None]) -> int:
         return self._learners.submit(Choose(self._display.factors, self._display.record.numbers, choice), done)
@@ -301,6 +303,11 @@ class Learning:
     def _progress(self, stage: str, done: int, total: int) -> None:
         self.updating = Progress(stage, done, total)
         self._announce(stage, done, total)
+
+    def _progress_if_awaited(self, stage: str, done: int, total: int) -> None:
+        """Progress of what is done behind a person, who may have begun to wait for it."""
+        if self._ticket:
+            self._progress(stage, done, total)
 
     def _progress_ended(self) -> None:
         self._display.notify()
