@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -50,9 +51,13 @@ def search(columns: SplitColumns, evidence: E, persons: Sequence[Person], others
         others: trees that were found otherwise.
     """
 
+    @cache
+    def growth_of(person: Person) -> TreeGrowth:
+        # Sketches and trees of one person share most of their nodes.
+        return TreeGrowth(columns, evidence.for_person(person))
+
     def sketched(person: Person) -> Found[E]:
-        growth = TreeGrowth(columns, evidence.for_person(person))
-        return Found(evidence.for_person(person), growth.sketches(others))
+        return Found(evidence.for_person(person), growth_of(person).sketches(others))
 
     best = sketched(persons[0])
     for person in persons[1:]:
@@ -67,8 +72,8 @@ def search(columns: SplitColumns, evidence: E, persons: Sequence[Person], others
         if likely in tried:
             break
         tried.add(likely)
-        own = evidence.for_person(likely)
-        best = max(best, Found(own, TreeGrowth(columns, own).trees(others)), key=lambda item: item.log_evidence)
+        found = Found(evidence.for_person(likely), growth_of(likely).trees(others))
+        best = max(best, found, key=lambda item: item.log_evidence)
     return best
 
 
