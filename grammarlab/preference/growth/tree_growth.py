@@ -28,10 +28,10 @@ from grammarlab.preference.growth.splits import Split, Value
 _NUM_BINS = 12
 """Number of bins of the labels of a node, beside those of intervals that stand out. More are only slower, since bounds
 move afterwards."""
-_NUM_EXACT = 40
+_NUM_EXACT = 24
 """Number of columns of a node whose best cuts are compared, those that a screening ranks first. More are only slower.
 """
-_NUM_ROOTS = 12
+_NUM_ROOTS = 8
 """Number of columns whose best cuts are first divisions, those that a screening ranks first."""
 _NUM_SKETCHED = 3
 """The same of a few trees."""
