@@ -90,8 +90,9 @@ class Thumbnails:
             *_chunks(quick[len(head) :], size, QUICK),
             *_chunks([*missing, *poor], size, GOOD),
         ]
-        for draw in reversed(chunks):
-            self._submit(draw)
+        with self.pool.held():
+            for draw in reversed(chunks):
+                self._submit(draw)
 
     def forget(self, send: Send) -> None:
         """Drop the requests of a closed window."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import traceback
 from collections import deque
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from ctypes import c_ulonglong
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -84,6 +84,7 @@ class WorkerPool:
     _waiting: deque[PendingTask] = field(default_factory=deque)
     _tickets: count[int] = field(default_factory=lambda: count(1))
     _is_closed: bool = False
+    _is_held: bool = False
 
     def start(self) -> None:
         """Start missing processes, and return before they are ready."""
@@ -148,7 +149,19 @@ class WorkerPool:
             worker.process.join(_END_SECONDS)
             worker.listener.join(_END_SECONDS)
 
+    @contextmanager
+    def held(self) -> Iterator[None]:
+        """Begin no task meanwhile, so that of several that are submitted in front the last one begins first."""
+        self._is_held = True
+        try:
+            yield
+        finally:
+            self._is_held = False
+            self._dispatch()
+
     def _dispatch(self) -> None:
+        if self._is_held:
+            return
         for worker in list(self._workers):
             while worker.task is None and self._waiting and not self._is_closed:
                 task = self._waiting.popleft()

@@ -181,6 +181,12 @@ def test_what_is_first_is_first_and_what_nobody_wants_is_dropped(thread: Thread)
     thread.submit("four", is_wanted=lambda: False)
     thread.until(lambda: "two" in thread.outcomes)
     assert list(thread.outcomes) == ["one", "three", "two"]
+    # Nothing begins before all of them are there, so that the last one in front is done first.
+    with thread.pool.held():
+        thread.submit("five", first=True)
+        thread.submit("six", first=True)
+    thread.until(lambda: "five" in thread.outcomes)
+    assert list(thread.outcomes)[3:] == ["six", "five"]
 
 
 @pytest.mark.parametrize("busy", [False, True])
