@@ -45,8 +45,11 @@ export function makeDisplay(page) {
   resizes.observe(stage);
 
   // Scrolling goes on without an end: what is in line comes when the end is near. Keys only move to what is there.
-  for (const kind of /** @type {const} */ (["wheel", "touchmove", "pointerdown"]))
-    stage.addEventListener(kind, () => (moved = performance.now()), { passive: true });
+  const byHand = () => (moved = performance.now());
+  stage.addEventListener("wheel", byHand, { passive: true });
+  stage.addEventListener("touchmove", byHand, { passive: true });
+  // On the scroll bar; a click on a tile may scroll, but not on and on.
+  stage.addEventListener("pointerdown", ({ target }) => target === stage && byHand());
   const atEnd = new IntersectionObserver(([{ isIntersecting }]) => {
     if (isIntersecting && performance.now() - moved < BY_HAND) ask();
   });

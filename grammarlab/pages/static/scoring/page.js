@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source bb320c0163a05899 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source aa951a319bd171d9 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -626,12 +626,10 @@ function makeDisplay(page) {
   let moved = -Infinity;
   const resizes = new ResizeObserver(() => fit());
   resizes.observe(stage);
-  for (
-    const kind of
-    /** @type {const} */
-    ["wheel", "touchmove", "pointerdown"]
-  )
-    stage.addEventListener(kind, () => moved = performance.now(), { passive: true });
+  const byHand = () => moved = performance.now();
+  stage.addEventListener("wheel", byHand, { passive: true });
+  stage.addEventListener("touchmove", byHand, { passive: true });
+  stage.addEventListener("pointerdown", ({ target }) => target === stage && byHand());
   const atEnd = new IntersectionObserver(([{ isIntersecting }]) => {
     if (isIntersecting && performance.now() - moved < BY_HAND) ask();
   });
