@@ -270,7 +270,7 @@ class TreeGrowth:
 
     def _worth_dividing(self, labels: Ints, depth: int) -> _Ranked | None:
         """The best cuts of a node; None if none can explain its scores better than one cell."""
-        if len(labels) < 2 or depth >= _MAX_DEPTH:
+        if len(labels) < 2 or depth >= _MAX_DEPTH or not self.columns.values.shape[1]:
             return None
         if self.evidence.of_labels(labels) > self.evidence.best_possible(labels) - _MIN_POSSIBLE_GAIN:
             return None

@@ -107,6 +107,12 @@ def test_the_same_labels_give_the_same_cells():
     np.testing.assert_array_equal(first.std, second.std)
 
 
+def test_scores_without_columns_are_one_cell():
+    scores = np.repeat([0.0, 90.0], 20)
+    found = partition.fit(np.zeros((40, 0)), scores)
+    assert [len(list(tree.cells())) for tree in found.trees] == [1] * len(found.trees)
+
+
 def test_a_covariance_has_no_negative_direction():
     rows = coins(60, 6, 14)
     found = partition.fit(rows, 50.0 * rows[:, 0])
