@@ -64,7 +64,7 @@ export function makeDisplay(page) {
 
   /** @param {State} state */
   function update(state) {
-    page.selection.show(state.grids.flatMap((grid) => grid.models));
+    const beginsAnew = page.selection.show(state.grids.flatMap((grid) => grid.models));
     while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
     // Moving an element takes the keyboard away from what is in it, so only what has to move does.
     if (board.childElementCount !== state.grids.length) {
@@ -73,6 +73,7 @@ export function makeDisplay(page) {
     state.grids.forEach((grid, index) => fill(grids[index], grid.title, grid.models.length));
     fit();
     draw();
+    if (beginsAnew) focus();
   }
 
   /** @param {typeof grids[number]} grid @param {string} title @param {number} count */

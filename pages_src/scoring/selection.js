@@ -37,12 +37,17 @@ export class Selection {
     this.#anew = true;
   }
 
-  /** Shows other models, or the same in another order. @param {string[]} order */
+  /**
+   * Shows other models, or the same in another order.
+   * @param {string[]} order
+   * @returns {boolean} whether it begins anew, at the first model
+   */
   show(order) {
     if (this.#anew && order.length && !order.includes(this.order[this.cursor])) {
       this.order = order;
       this.#anew = false;
-      return this.only(0);
+      this.only(0);
+      return true;
     }
     const follow = (/** @type {number} */ position) => {
       const found = order.indexOf(this.order[position]);
@@ -51,6 +56,7 @@ export class Selection {
     [this.cursor, this.#anchor] = [follow(this.cursor), follow(this.#anchor)];
     this.order = order;
     this.#set(order.filter((model) => this.chosen.has(model)));
+    return false;
   }
 
   /** Shows a pair to compare, without a selection. @param {string[]} models */

@@ -113,6 +113,8 @@ def test_scrolling_on_shows_what_is_in_line_below_and_the_last_score_asks_for_ot
     learned.cell(len(after) - 1).click()
     learned.press("5")
     learned.expect_chosen([0])
+    expect(learned.cell(0)).to_be_focused()
+    expect(learned.cell(0)).to_be_in_viewport()
     assert not set(learned.models()) & set(after)
     learned.press("u", "u")
     learned.expect_saved()

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source aa951a319bd171d9 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 9aef24e222d18453 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -641,7 +641,7 @@ function makeDisplay(page) {
     void page.ask("more");
   }
   function update(state) {
-    page.selection.show(state.grids.flatMap((grid) => grid.models));
+    const beginsAnew = page.selection.show(state.grids.flatMap((grid) => grid.models));
     while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
     if (board.childElementCount !== state.grids.length) {
       board.replaceChildren(...state.grids.map((_, index) => grids[index].element));
@@ -649,6 +649,7 @@ function makeDisplay(page) {
     state.grids.forEach((grid, index) => fill(grids[index], grid.title, grid.models.length));
     fit();
     draw();
+    if (beginsAnew) focus();
   }
   function fill({ title: heading, list, cells }, title, count) {
     heading.textContent = title || "more";
@@ -2189,12 +2190,17 @@ var Selection = class {
   startAnew() {
     this.#anew = true;
   }
-  /** Shows other models, or the same in another order. @param {string[]} order */
+  /**
+   * Shows other models, or the same in another order.
+   * @param {string[]} order
+   * @returns {boolean} whether it begins anew, at the first model
+   */
   show(order) {
     if (this.#anew && order.length && !order.includes(this.order[this.cursor])) {
       this.order = order;
       this.#anew = false;
-      return this.only(0);
+      this.only(0);
+      return true;
     }
     const follow = (position) => {
       const found = order.indexOf(this.order[position]);
@@ -2203,6 +2209,7 @@ var Selection = class {
     [this.cursor, this.#anchor] = [follow(this.cursor), follow(this.#anchor)];
     this.order = order;
     this.#set(order.filter((model) => this.chosen.has(model)));
+    return false;
   }
   /** Shows a pair to compare, without a selection. @param {string[]} models */
   follow(models) {
