@@ -191,7 +191,7 @@ def tree_rows(
     while waiting:
         nodes, depth, note = waiting.pop()
         if not nodes:
-            yield TreeRow(depth, "", note, None, None, ())
+            yield TreeRow(depth=depth, symbol="", note=note, made_at=None, rule_at=None, details=())
             continue
         yield _row(trace, nodes, depth, note)
         below = _all(trace, nodes[0]) if everything else _shortened(trace, nodes[0], forms)
@@ -245,7 +245,15 @@ def _row(trace: DerivationTrace, nodes: tuple[int, ...], depth: int, note: str) 
     size_texts = [" x ".join(f"{extent:.2f}" for extent in size) + " m" for size in sizes[:1]]
     size_texts += [f"and {len(sizes) - 1} more"] if len(sizes) > 1 else []
     drawn = [_drawn(site, value) for site, value, _ in _draws(trace, node)]
-    return TreeRow(depth, origin.symbol, note, origin.made_at, origin.rule_at, (*drawn, *size_texts), nodes)
+    return TreeRow(
+        depth=depth,
+        symbol=origin.symbol,
+        note=note,
+        made_at=origin.made_at,
+        rule_at=origin.rule_at,
+        details=(*drawn, *size_texts),
+        nodes=nodes,
+    )
 
 
 def _line(row: TreeRow) -> str:
