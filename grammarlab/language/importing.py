@@ -135,12 +135,18 @@ def locate(statement: Import, folder: Path, roots: tuple[Path, ...], users: tupl
     starts = [*roots, *above] if written.is_absolute() else above or [folder]
     deepest = 1 if ".." in parts else min(len(parts), _MOST_ABOVE)
     paths = [_inside(statement, start, parts[first:], roots) for first in range(max(1, deepest)) for start in starts]
-    found = list(filter(_is_file, paths))
-    path = next((path for path in found if path not in users), found[0] if found else paths[0])
+    # A file that is where it is said to be is meant, also if it imports itself; others stand in for it.
+    path = paths[0] if _is_file(paths[0]) else _stand_in(paths, users)
     if path in users:
         message = f"'{statement.path}' imports the file that imports it"
         raise ImportProblemError(message, "move shared definitions to a third file")
     return path
+
+
+def _stand_in(paths: list[Path], users: tuple[Path, ...]) -> Path:
+    """The first file that does not import itself; else the first file, or the first path."""
+    found = list(filter(_is_file, paths))
+    return next((path for path in found if path not in users), found[0] if found else paths[0])
 
 
 def _inside(statement: Import, start: Path, parts: tuple[str, ...], roots: tuple[Path, ...]) -> Path:

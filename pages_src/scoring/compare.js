@@ -20,6 +20,8 @@ const VERDICTS = { ArrowLeft: "first", ArrowRight: "second", ArrowDown: "alike",
 export function makeCompare(page) {
   let index = 0;
   let shown = "";
+  /** Pairs after which others were asked for. */
+  let ended = "";
   const heading = element("p", { class: "gl-asked", role: "status" });
   const sides = [makeSide("first"), makeSide("second")];
   const alike = textButton("Both alike", () => say("alike"), { title: "key ↓", class: "gl-button gl-alike" });
@@ -97,8 +99,11 @@ export function makeCompare(page) {
     if (!pair()) return;
     page.compare(pair().models, verdict);
     if (verdict === null || page.state.view === "product") return;
-    if (pairs().every((each) => saidOf(each).said !== null)) next();
-    else go(index + 1);
+    if (pairs().some((each) => saidOf(each).said === null)) go(index + 1);
+    else if (ended !== shown) {
+      ended = shown;
+      next();
+    }
   }
 
   /** @param {number} to */

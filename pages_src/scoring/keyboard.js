@@ -106,10 +106,8 @@ export function listenToKeys(page, display, panel) {
       const open =
         cursor + 1 < order.length ? cursor + 1 : order.findIndex((model) => knownOf(page, model).score === null);
       if (open >= 0) selection.only(open);
-      else if (!RATED.includes(page.state.way)) {
-        selection.startAnew();
+      else if (!RATED.includes(page.state.way) && selection.startAnew())
         void page.ask("new_models", { way: page.state.way });
-      }
     }
     display.focus();
   }

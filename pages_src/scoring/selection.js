@@ -32,9 +32,11 @@ export class Selection {
     return this.order[this.cursor];
   }
 
-  /** Goes to the first model once others are shown. */
+  /** Goes to the first model once others are shown. @returns {boolean} whether it did not wait for them before */
   startAnew() {
+    const waited = this.#anew;
     this.#anew = true;
+    return !waited;
   }
 
   /**

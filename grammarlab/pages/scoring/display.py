@@ -121,8 +121,8 @@ class SessionDisplay:
     @property
     def is_full(self) -> bool:
         """Whether no more models fit below those that are shown."""
-        most = max((len(grid.models) for grid in self.record.grids), default=0)
-        return most + self.record.layout.models > MAX_GRID
+        most, layout = max((len(grid.models) for grid in self.record.grids), default=0), self.record.layout
+        return most + layout.rows * layout.columns > MAX_GRID
 
     def show(self, way: str, models: Sequence[str]) -> None:
         """Show other models, if there are any."""

@@ -170,6 +170,8 @@ class Learning:
             choice, line = self._choice(way), self._line
             if way in _LINED and line and (line.choice.way, line.choice.factor) == (choice.way, choice.factor):
                 models = self._still_new(line)
+                if way == PAIRS:
+                    return models or None
                 if len(models) == len(line.models) and line.choice.num >= choice.num:
                     return models
             if way != "default":
@@ -184,10 +186,12 @@ class Learning:
         return way == "grammar" or (way in _UNLEARNED and display.knowledge.predictions_of(number) is None)
 
     def _still_new(self, line: _Line) -> list[str]:
-        """Models in line that have not been scored or shown meanwhile, if that matters."""
+        """Models in line that have not been scored or shown meanwhile; of pairs, those that are not shown as such."""
         record = self._display.record
         if line.choice.way == PAIRS:
-            return list(line.models)
+            shown = set(map(frozenset, zip(*(grid.models for grid in record.grids), strict=False)))
+            pairs = zip(line.models[::2], line.models[1::2], strict=False)
+            return [model for pair in pairs if record.way != PAIRS or frozenset(pair) not in shown for model in pair]
         now = {model for grid in record.grids for model in grid.models} | record.labelled_models.keys()
         return [model for model in line.models if model not in now]
 
@@ -211,10 +215,13 @@ class Learning:
 
     def _chart(self) -> None:
         """Record the change by the last update, once models that it chose are shown."""
-        display, learned = self._display, self._display.knowledge.learned
+        display, record, learned = self._display, self._display.record, self._display.knowledge.learned
         if learned is None or self._charted == learned.number:
             return
-        self._charted = learned.number
+        is_first, self._charted = not self._charted, learned.number
+        if is_first and record.chart and record.chart[-1][0] == self._fit_labels and learned.wide == record.wide:
+            # A session that goes on has learned the same again.
+            return
         # Recorded before models of a wider pool are shown, so that a killed session has it.
         wide = {"wide": True} if learned.wide else {}
         display.note("learned", {"labels": self._fit_labels, "js": learned.js} | wide)

@@ -159,7 +159,7 @@ def _of_start(request: SampleRequest, forest: Forest, source: AcceptedGrammar) -
         return ()
     likely = likely_start(grammar.tree)
     advice = f"; `start_rule={likely}` may be meant" if likely not in ("", start) else ""
-    message = f"no model has a shape: no rule is marked @StartRule, so they begin with {start}{advice}"
+    message = f"models have no shape: no rule is marked @StartRule, so they begin with {start}{advice}"
     return (Finding("warning", "empty-models", message, grammar.rules[start, 0].location),)
 
 

@@ -159,13 +159,13 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
             continue
         within = np.zeros_like(piece)
         within[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = True
-        slope, deviation = _slope(view, facing, piece_flat)
+        depth, slope, deviation = _own_plane(view, facing, piece_flat, float((low + high)[0]) / 2.0)
         noise = _SD_PER_MEDIAN_DEVIATION * deviation
         mask = within & (_filled(piece, rows[0]) | (view.triangle < 0))
         walls.append(
             Wall(
                 side=side,
-                depth=plane,
+                depth=depth,
                 low=low,
                 high=high,
                 map=_without_cracks(view, noise),
@@ -257,28 +257,30 @@ def _plane(depth: Floats) -> float:
     return low + (int(np.convolve(count, [1, 2, 1], mode="same").argmax()) + 0.5) * _BIN_M
 
 
-def _slope(view: DepthMap, normals: Floats, flat: Flags) -> tuple[float, float]:
-    """Slope of a wall per metre to the right, and median distance of its pixels from its plane, metres.
+def _own_plane(view: DepthMap, normals: Floats, flat: Flags, middle: float) -> tuple[float, float, float]:
+    """Depth of a wall in its middle, its slope per metre to the right, and median distance of its pixels from both.
 
-    The slope is that of most triangles, that of all pixels, or none: whichever fits best.
+    Depth and distance are in metres. The slope is that of most triangles, that of all pixels, or none: whichever fits
+    best.
 
     Args:
         view: the map.
         normals: [T, 3] normals of the triangles, of any length.
         flat: [H, W] pixels near the plane of the wall.
+        middle: horizontal coordinate of the middle of the wall.
     """
-    depth, x = view.depth[flat], np.nonzero(flat)[1] * view.step
-    x = x - x.mean()
+    depth, x = view.depth[flat], view.low[0] + (np.nonzero(flat)[1] + 0.5) * view.step
     across, _, towards = normals[view.triangle[flat]].T
-    fitted = float((x * (depth - depth.mean())).sum() / max((x**2).sum(), 1e-12))
+    centred = x - x.mean()
+    fitted = float((centred * (depth - depth.mean())).sum() / max((centred**2).sum(), 1e-12))
     slopes = [0.0]
     for slope in (fitted, float(np.median(-across / towards))):
         if abs(slope) * np.ptp(x) > _MIN_TILT_M:
             slopes.append(slope)
-    residuals = [depth - slope * x for slope in slopes]
+    residuals = [depth - slope * (x - middle) for slope in slopes]
     deviations = [float(np.median(np.abs(residual - np.median(residual)))) for residual in residuals]
     best = int(np.argmin(deviations))
-    return slopes[best], deviations[best]
+    return float(np.median(residuals[best])), slopes[best], deviations[best]
 
 
 def _filled(piece: Flags, lowest: int) -> Flags:

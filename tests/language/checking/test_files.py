@@ -89,6 +89,19 @@ def test_a_file_beside_stands_in_for_one_in_folders_that_are_lost_but_not_for_it
     assert [(finding.code, finding.location.line) for finding in first.findings] == [("bad-import", 2)]
 
 
+def test_a_file_of_a_folder_above_does_not_stand_in_for_one_that_imports_itself(tmp_path):
+    write(tmp_path, a="attr h = 3")
+    (tmp_path / "inside").mkdir()
+    main = write(
+        tmp_path / "inside",
+        main='import a : "a.cga"\nLot --> extrude(a.h) X',
+        a='import b : "b.cga"',
+        b='import a : "a.cga"',
+    )
+    findings = check_files(main, "main.cga", root=tmp_path)[-1].findings
+    assert [finding.code for finding in findings] == ["bad-import"]
+
+
 def test_a_file_that_is_not_there_is_an_error(tmp_path):
     with pytest.raises(LanguageError, match="cannot read the rule file"):
         check_files(tmp_path / "gone.cga", "gone.cga")

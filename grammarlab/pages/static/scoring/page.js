@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 9aef24e222d18453 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 3ac63978b8305a13 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -311,6 +311,7 @@ var VERDICTS = { ArrowLeft: "first", ArrowRight: "second", ArrowDown: "alike", D
 function makeCompare(page) {
   let index = 0;
   let shown = "";
+  let ended = "";
   const heading = element("p", { class: "gl-asked", role: "status" });
   const sides = [makeSide("first"), makeSide("second")];
   const alike = textButton("Both alike", () => say("alike"), { title: "key ↓", class: "gl-button gl-alike" });
@@ -379,8 +380,11 @@ function makeCompare(page) {
     if (!pair()) return;
     page.compare(pair().models, verdict);
     if (verdict === null || page.state.view === "product") return;
-    if (pairs().every((each) => saidOf(each).said !== null)) next();
-    else go(index + 1);
+    if (pairs().some((each) => saidOf(each).said === null)) go(index + 1);
+    else if (ended !== shown) {
+      ended = shown;
+      next();
+    }
   }
   function go(to) {
     index = Math.max(0, Math.min(to, pairs().length - 1));
@@ -1105,10 +1109,8 @@ function listenToKeys(page, display, panel) {
       const { order, cursor } = selection;
       const open = cursor + 1 < order.length ? cursor + 1 : order.findIndex((model) => knownOf(page, model).score === null);
       if (open >= 0) selection.only(open);
-      else if (!RATED.includes(page.state.way)) {
-        selection.startAnew();
+      else if (!RATED.includes(page.state.way) && selection.startAnew())
         void page.ask("new_models", { way: page.state.way });
-      }
     }
     display.focus();
   }
@@ -2186,9 +2188,11 @@ var Selection = class {
   get current() {
     return this.order[this.cursor];
   }
-  /** Goes to the first model once others are shown. */
+  /** Goes to the first model once others are shown. @returns {boolean} whether it did not wait for them before */
   startAnew() {
+    const waited = this.#anew;
     this.#anew = true;
+    return !waited;
   }
   /**
    * Shows other models, or the same in another order.
