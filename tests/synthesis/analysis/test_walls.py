@@ -47,7 +47,7 @@ def test_wings_some_centimetres_apart_have_depths_of_their_own() -> None:
     """The largest one is not that of most pixels."""
     depths = [0.0, 0.02, 0.02]
     wings = [rectangles((0.0, height, depth)) for height, depth in zip((12.0, 9.0, 8.5), depths, strict=True)]
-    points = np.concatenate([wing.points + [14.0 * number, 0.0, 0.0] for number, wing in enumerate(wings)])
+    points = np.concatenate([wing.points + np.array([14.0 * number, 0.0, 0.0]) for number, wing in enumerate(wings)])
     triangles = np.concatenate([wing.triangles + 4 * number for number, wing in enumerate(wings)])
     walls = walls_of(Surface(points, triangles, np.zeros(len(triangles), dtype=np.int64)), FRONT)
     assert [wall.depth for wall in walls] == pytest.approx(depths, abs=1e-6)
