@@ -17,7 +17,14 @@ from grammarlab.preference.queries import Situation, Way, propose
 
 
 def ask(
-    study: Study[Designs], state: State, num: int, seed: int, *, factor: str = "", way: Way | None = None
+    study: Study[Designs],
+    state: State,
+    num: int,
+    seed: int,
+    *,
+    factor: str = "",
+    way: Way | None = None,
+    without: Sequence[Address] = (),
 ) -> tuple[Address, ...]:
     """Designs to ask about.
 
@@ -28,6 +35,7 @@ def ask(
         seed: seed of random choices, 0 <= seed < 2**64.
         factor: factor of the answers and the preference; empty for the product of all liked factors.
         way: query strategy; by default that of the settings.
+        without: designs that are not asked about, such as those that a person sees already.
 
     Returns:
         Different designs of the pool without an answer; with ``already ranked``, designs with one.
@@ -44,7 +52,10 @@ def ask(
         columns = replace(columns, elsewhere=outside)
     answer_rows = table_rows(tables, columns, answers)
     inside = (answer_rows >= 0) & (answer_rows < len(rows))
-    asked = table_rows(tables, columns, every)
+    asked = np.append(
+        table_rows(tables, columns, every),
+        np.array([tables.index.get(address, -1) for address in without], dtype=np.int64),
+    )
     situation = Situation(
         pool=rows,
         from_grammar=np.arange(len(rows)) < tables.pool_designs.pool.sizes[0],

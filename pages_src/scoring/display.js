@@ -29,7 +29,7 @@ export function makeDisplay(page) {
   /** @type {{ element: HTMLElement, title: HTMLElement, list: HTMLElement, cells: Cell[] }[]} */
   const grids = [];
   const board = element("div", { class: "gl-board" });
-  const more = textButton("More models", () => ask(), { class: "gl-button gl-quiet gl-more" });
+  const more = textButton("More models", () => void ask(), { class: "gl-button gl-quiet gl-more" });
   const stage = element("div", { class: "gl-stage" }, board, more);
   const about = element("p", { class: "gl-about" });
   const { pictures } = page;
@@ -51,19 +51,21 @@ export function makeDisplay(page) {
   // On the scroll bar; a click on a tile may scroll, but not on and on.
   stage.addEventListener("pointerdown", ({ target }) => target === stage && byHand());
   const atEnd = new IntersectionObserver(([{ isIntersecting }]) => {
-    if (isIntersecting && performance.now() - moved < BY_HAND) ask();
+    if (isIntersecting && performance.now() - moved < BY_HAND) void ask();
   });
   atEnd.observe(more);
 
-  function ask() {
+  async function ask() {
     const now = page.selection.order.join();
     if (asked === now) return;
     asked = now;
-    void page.ask("more");
+    // Refused, or lost with the connection: they can be asked for again.
+    if (!(await page.ask("more"))) asked = "";
   }
 
   /** @param {State} state */
   function update(state) {
+    if (!state.updating) asked = ""; // whether there were more or not
     const beginsAnew = page.selection.show(state.grids.flatMap((grid) => grid.models));
     while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
     // Moving an element takes the keyboard away from what is in it, so only what has to move does.

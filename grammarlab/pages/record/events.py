@@ -111,6 +111,11 @@ class Record:
         return sum(map(len, self.factors.values()))
 
     @property
+    def shown_now(self) -> tuple[str, ...]:
+        """The different models of the grids, in order."""
+        return tuple(dict.fromkeys(model for grid in self.grids for model in grid.models))
+
+    @property
     def labelled_models(self) -> dict[str, None]:
         """The models with labels."""
         return models_of(subject for scores in self.factors.values() for subject in scores)
@@ -341,7 +346,7 @@ def _show(record: Record, body: Body) -> None:
     record.grids = tuple(ModelGrid(grid["title"], tuple(grid["models"])) for grid in body["grids"])
     record.way = body["way"]
     record.num_shown += 1
-    record.shown_models |= dict.fromkeys(model for grid in record.grids for model in grid.models)
+    record.shown_models |= dict.fromkeys(record.shown_now)
 
 
 def _check_learned(_record: Record, body: Body) -> None:

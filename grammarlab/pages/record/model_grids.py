@@ -20,6 +20,8 @@ MAX_MODELS = 20_000
 """Largest number of models in one event."""
 MAX_NAME = 60
 """Largest number of characters of a name."""
+MAX_TITLE = 120
+"""Largest number of characters of the title of a grid, which may name several kinds of models."""
 
 _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
@@ -104,7 +106,7 @@ def check_shown(body: Body) -> None:
         raise UsageError(f"grids: expected at most {MAX_GRIDS}, found {shown(grids)}.")
     for grid in grids:
         title = grid.get("title") if isinstance(grid, dict) else None
-        if not isinstance(title, str) or len(title) > MAX_NAME:
+        if not isinstance(title, str) or len(title) > MAX_TITLE:
             raise UsageError(f"grids: expected a title and models for each, found {shown(grid)}.")
         checked_models(grid.get("models"), MAX_GRID)
     if way == PAIRS:

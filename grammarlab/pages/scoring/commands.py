@@ -77,7 +77,7 @@ def _layout(desk: SessionDesk, request: Request) -> Message:
     return {"revision": desk.display.record.revision}
 
 
-def _populate(desk: SessionDesk, request: Request) -> Message:
+def _new_models(desk: SessionDesk, request: Request) -> Message:
     desk.learning.populate(request.text("way", desk.display.record.way))
     return {"revision": desk.display.record.revision}
 
@@ -167,7 +167,7 @@ COMMANDS: dict[str, Command[SessionDesk]] = {
     "factor_activate": _factor_event("factor_activate"),
     "view": _event("view", "kind"),
     "layout": _layout,
-    "new_models": _populate,
+    "new_models": _new_models,
     "more": _more,
     "sort": _sort,
     "features": _features,

@@ -12,7 +12,7 @@ from grammarlab.pages.record.model_grids import PAIRS, Body, ModelGrid
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.learning import Learning
-from grammarlab.pages.scoring.populate import fresh_samples
+from grammarlab.pages.scoring.populate import NextModels, fresh_samples
 from grammarlab.pages.scoring.session_files import FORMATS, Result, SessionFiles, answer_outcome
 from grammarlab.pages.windows import Answer, Message, Refuse
 from grammarlab.pages.workers.tasks import DrawContrast, FindPart, MakeGlb
@@ -68,7 +68,8 @@ class SessionDesk(AbstractDesk):
         self.files = SessionFiles(display, path, makers, announce)
         self.thumbnails = Thumbnails(artists, display.warn)
         if not display.record.grids:
-            display.show("default", fresh_samples(display.pool, display.record, display.record.layout.models))
+            samples = fresh_samples(display.pool, display.record, display.record.layout.models)
+            display.show("default", NextModels((), samples))
 
     @property
     def is_saved(self) -> bool:

@@ -9,7 +9,7 @@ from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import MAX_GRID, PAIRS, Body, ModelGrid
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.knowledge import Knowledge, ModelPool
-from grammarlab.pages.scoring.populate import extended, laid_out, liked_models, mixed
+from grammarlab.pages.scoring.populate import NextModels, extended, laid_out, liked_models, mixed
 from grammarlab.pages.scoring.sorting import Order, sorted_grids
 from grammarlab.pages.workers.tasks import Factors
 from grammarlab.randomness import derived_seed
@@ -124,29 +124,31 @@ class SessionDisplay:
         most, layout = max((len(grid.models) for grid in self.record.grids), default=0), self.record.layout
         return most + layout.rows * layout.columns > MAX_GRID
 
-    def show(self, way: str, models: Sequence[str]) -> None:
+    def show(self, way: str, following: NextModels) -> None:
         """Show other models, if there are any."""
-        self._show(way, self.grids_of(way, models), "There are no models to show in this way.")
+        self._show(way, self.grids_of(way, following), "There are no models to show in this way.")
 
-    def extend(self, way: str, models: Sequence[str]) -> None:
+    def extend(self, way: str, following: NextModels) -> None:
         """Show further models below those that are shown, if there are any."""
         shown = self.record.grids
-        following = extended(shown, self.grids_of(way, models, tuple(model for grid in shown for model in grid.models)))
-        self._show(way, following if following != list(shown) else (), "These are all models of this kind.")
+        grids = extended(shown, self.grids_of(way, following, self.record.shown_now))
+        self._show(way, grids if grids != list(shown) else (), "These are all models of this kind.")
 
-    def grids_of(self, way: str, models: Sequence[str], without: Sequence[str] = ()) -> list[ModelGrid]:
-        """Grids of chosen models, and of those that are predicted to be liked if both are shown.
+    def grids_of(self, way: str, following: NextModels, without: Sequence[str] = ()) -> list[ModelGrid]:
+        """Grids of the next models, and of those that are predicted to be liked if both are shown.
 
         Args:
-            way: strategy of the chosen ones.
-            models: the chosen ones.
+            way: strategy of the next models.
+            following: the next models.
             without: models that are not shown as liked ones.
         """
         layout, predicted = self.record.layout, self.knowledge.predictions_of(self.number)
         liked: list[str] = []
         if way == "default" and predicted is not None:
             liked = liked_models(self.pool, self.record, predicted.mean, layout.models // 2, self.seed, without)
-        return mixed(liked, models, layout) if liked else laid_out(way, models, layout)
+        if liked:
+            return mixed(liked, following, layout)
+        return laid_out(way, following.models, layout)
 
     def _show(self, way: str, grids: Sequence[ModelGrid], otherwise: str) -> None:
         if any(grid.models for grid in grids):

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import compress
 
 from grammarlab.errors import UsageError, shown
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.knowledge import ModelPool
-from grammarlab.pages.scoring.populate import LISTS, WAYS, fresh_samples, liked_models, next_scored, number_to_choose
+from grammarlab.pages.scoring.populate import (
+    LISTS,
+    WAYS,
+    NextModels,
+    fresh_samples,
+    liked_models,
+    next_scored,
+    number_to_choose,
+)
 from grammarlab.pages.workers.tasks import Choose, LearnedUpdate, ModelChoice, Prepare, Progress, Update
 from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
 
@@ -25,11 +34,13 @@ PAUSE_SECONDS = 3.0
 """Seconds without a new score after which fewer new ones are learned from as well."""
 _UNLEARNED = ("default", "grammar", "density", "uncertainty", PAIRS)
 """Strategies that show samples of the grammar until something has been learned."""
+_SAMPLED = ("grammar", PAIRS)
+"""Those of them for which nothing else is chosen once there are no samples any more."""
 _LINED = ("default", "uniform", "density", "uncertainty", PAIRS)
 """Strategies whose next models can be chosen before somebody wants them."""
 
 
-_Show = Callable[[str, Sequence[str]], None]
+_Show = Callable[[str, NextModels], None]
 """Shows models that a strategy chose."""
 
 
@@ -91,8 +102,12 @@ class Learning:
     def upcoming(self) -> list[str]:
         """Models that come next without a wait, in their order; none if they have to be chosen first."""
         display, way = self._display, self._display.record.way
-        models = None if way in LISTS else self._at_once(way)
-        return [] if models is None else [model for grid in display.grids_of(way, models) for model in grid.models]
+        next_ones = None if way in LISTS else self._at_once(way)
+        if next_ones is None:
+            return []
+        if way == PAIRS:
+            return list(next_ones.models)
+        return [model for grid in display.grids_of(way, next_ones) for model in grid.models]
 
     def update(self) -> None:
         """Learn from all scores, then show other models.
@@ -115,8 +130,11 @@ class Learning:
         """Cancel an update."""
         if self._ticket:
             self._learners.cancel(self._ticket)
-            # Not begun again at once: the person did not want it now.
+            # It may have begun behind the person, and is not begun again at once: the person did not want it now.
+            self._stop_behind()
             self._behind_revision = self._display.record.label_revision
+            if self._line is None:
+                self._choose_behind(self._display.record.way)
 
     def prepare(self) -> None:
         """Start counting features, and learning from existing scores, unless it was done."""
@@ -146,10 +164,10 @@ class Learning:
         self._display.message = None
         if self._choosing:
             self._learners.cancel(self._choosing)
-        models = self._at_once(way)
-        if models is not None:
+        next_ones = self._at_once(way)
+        if next_ones is not None:
             self._chart()
-            show(way, models)
+            show(way, next_ones)
             self._choose_behind(way)
             return
         self.prepare()
@@ -160,24 +178,27 @@ class Learning:
         done = partial(self._take_choice, show, choice, self._display.record.num_shown)
         self._choosing = self._submit_choice(choice, done)
 
-    def _at_once(self, way: str) -> list[str] | None:
-        """Models for a strategy that need not be chosen any more."""
+    def _at_once(self, way: str) -> NextModels | None:
+        """Models for a strategy that need not be chosen any more; None if there are none."""
         display = self._display
         if way in LISTS:
-            return self._listed(way)
-        models: list[str] = []
-        if not self._is_unlearned(way):
-            choice, line = self._choice(way), self._line
-            if way in _LINED and line and (line.choice.way, line.choice.factor) == (choice.way, choice.factor):
-                models = self._still_new(line)
-                if way == PAIRS:
-                    return models or None
-                if len(models) == len(line.models) and line.choice.num >= choice.num:
-                    return models
-            if way != "default":
-                return None
-        num = number_to_choose(way, display.record.layout)
-        return list(dict.fromkeys((*models, *fresh_samples(display.pool, display.record, num))))[:num]
+            return NextModels(self._listed(way))
+        is_unlearned = self._is_unlearned(way)
+        models = [] if is_unlearned else self._in_line(way)
+        if way == "default" or is_unlearned:
+            num = number_to_choose(way, display.record.layout) - len(models)
+            samples = fresh_samples(display.pool, display.record, num, models) if num > 0 else ()
+            if models or samples or way in _SAMPLED:
+                return NextModels(models, samples)
+        return NextModels(models) if models else None
+
+    def _in_line(self, way: str) -> list[str]:
+        """Models in line for a strategy that are still new."""
+        choice, line = self._choice(way), self._line
+        if line is None or (line.choice.way, line.choice.factor) != (choice.way, choice.factor):
+            return []
+        # After a change of the layout there may be fewer than the grids hold.
+        return self._still_new(line) if way in ("default", PAIRS) or line.choice.num >= choice.num else []
 
     def _is_unlearned(self, way: str) -> bool:
         """Whether a strategy shows samples of the grammar."""
@@ -186,13 +207,22 @@ class Learning:
         return way == "grammar" or (way in _UNLEARNED and display.knowledge.predictions_of(number) is None)
 
     def _still_new(self, line: _Line) -> list[str]:
-        """Models in line that have not been scored or shown meanwhile; of pairs, those that are not shown as such."""
+        """Models in line that have not been scored or shown meanwhile; of pairs, those that are not shown as such.
+
+        Liked and disliked ones leave a line together, so that its halves stay halves.
+        """
         record = self._display.record
         if line.choice.way == PAIRS:
             shown = set(map(frozenset, zip(*(grid.models for grid in record.grids), strict=False)))
             pairs = zip(line.models[::2], line.models[1::2], strict=False)
             return [model for pair in pairs if record.way != PAIRS or frozenset(pair) not in shown for model in pair]
-        now = {model for grid in record.grids for model in grid.models} | record.labelled_models.keys()
+        now = {*record.shown_now, *record.labelled_models}
+        if line.choice.way == "density":
+            half = len(line.models) // 2
+            is_new = [
+                now.isdisjoint(both) for both in zip(line.models[:half], line.models[half : 2 * half], strict=True)
+            ]
+            return list(compress(line.models, 2 * is_new))
         return [model for model in line.models if model not in now]
 
     def _fit_behind(self) -> None:
@@ -201,8 +231,7 @@ class Learning:
         self._behind = self._submit(self._update_of(self._choice(record.way)), is_behind=True)
 
     def _choose_behind(self, way: str) -> None:
-        """Put other models in line, after those that were in it have been shown."""
-        self._line = None
+        """Choose other models for the line, after those that were in it have been shown."""
         if self._is_prepared and way in _LINED and not self._is_unlearned(way) and not self._behind:
             choice = self._choice(way)
             self._behind = self._submit_choice(choice, partial(self._take_line, choice))
@@ -254,21 +283,28 @@ class Learning:
                 display.message = outcome.error or "The update was cancelled; predictions are as they were."
             return
         learned: LearnedUpdate = outcome.value
+        before = display.knowledge.learned
+        widened = (WIDER_POOL,) if learned.wide and not display.pool.pool.wide else ()
         if learned.wide != display.pool.pool.wide:
             display.pool = ModelPool(display.store.about.seed, display.store.about.size, learned.wide)
         display.knowledge.take(learned, revision[1], update.numbers)
         # The wider pool may have been widened by this update.
         self._learners.recall = replace(update, choice=None, wide=learned.wide)
-        widened = (WIDER_POOL,) if learned.wide and not display.record.wide else ()
-        display.message = " ".join((*learned.left_out, *widened)) or (display.message if is_behind else None)
+        # What was said after an earlier fit is not said again, unless somebody waited for this one.
+        old = before.left_out if is_behind and before else ()
+        notes = (*(reason for reason in learned.left_out if reason not in old), *widened)
+        display.message = " ".join(notes) or (display.message if is_behind else None)
         self._fit_labels = sum(map(len, update.factors.values()))
         if update.choice is None or learned.chosen is None:
             return
         self._line = _Line(update.choice, learned.chosen)
-        if not is_behind:
+        if is_behind:
+            if display.record.way == update.choice.way and len(self._still_new(self._line)) < len(learned.chosen):
+                self._choose_behind(update.choice.way)
+        else:
             self._chart()
             if revision == (display.record.num_shown, display.record.label_revision):
-                display.show(update.choice.way, learned.chosen)
+                display.show(update.choice.way, NextModels(learned.chosen))
                 self._choose_behind(update.choice.way)
             else:
                 display.message = " ".join((UNCHANGED_MODELS, *widened))
@@ -286,7 +322,7 @@ class Learning:
             self._display.message = outcome.error or None
         elif self._display.record.num_shown == num_shown:
             self._chart()
-            show(choice.way, outcome.value)
+            show(choice.way, NextModels(outcome.value))
             self._choose_behind(choice.way)
 
     def _take_line(self, choice: ModelChoice, outcome: TaskOutcome) -> None:
@@ -326,4 +362,5 @@ class Learning:
         # The product has no comparisons.
         factor = display.record.active if way == PAIRS else display.factor
         way = "default" if way in LISTS else way
-        return ModelChoice(way, factor, number_to_choose(way, display.record.layout), display.seed)
+        without = () if way == PAIRS else display.record.shown_now
+        return ModelChoice(way, factor, number_to_choose(way, display.record.layout), display.seed, without)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.pages.record.events import Record
-from grammarlab.pages.record.model_grids import MAX_NAME, PAIRS, GridLayout, ModelGrid
+from grammarlab.pages.record.model_grids import PAIRS, GridLayout, ModelGrid
 from grammarlab.pages.scoring.knowledge import ModelPool
 
 NUM_PAIRS = 8
@@ -45,10 +45,12 @@ LISTS = ("liked", "scored")
 """Strategies that list models, and choose nothing to ask about."""
 
 _NOTHING = ModelGrid("", ())
-_MIXED = ("may be liked, the best first", "tell the most")
-"""Titles of the halves of the strategy ``default``, once something has been learned."""
+_LIKED, _CHOSEN, _SAMPLES = "may be liked, the best first", "tell the most", "to score"
+"""Titles of the halves of ``default``, once something has been learned; the last one also has samples."""
+_IN_ONE = {_CHOSEN: "those that tell the most", _SAMPLES: "others to score"}
+"""Words for its second half where both are one grid."""
 _TITLES = {
-    "default": ("to score", ""),
+    "default": (_SAMPLES, ""),
     "density": ("liked", "not liked"),
     "uniform": ("different", ""),
     "grammar": ("unscored", ""),
@@ -58,6 +60,21 @@ _TITLES = {
     "already ranked": ("surprising", ""),
     PAIRS: ("this one", "that one"),
 }
+
+
+@dataclass(frozen=True, slots=True)
+class NextModels:
+    """Models to show next."""
+
+    chosen: Sequence[str]
+    """Models that a strategy chose."""
+    samples: Sequence[str] = ()
+    """Samples of the grammar for places that are left."""
+
+    @property
+    def models(self) -> list[str]:
+        """All of them, in order."""
+        return [*self.chosen, *self.samples]
 
 
 def number_to_choose(way: str, layout: GridLayout) -> int:
@@ -84,22 +101,24 @@ def laid_out(way: str, models: Sequence[str], layout: GridLayout) -> list[ModelG
     return [ModelGrid(title, tuple(part[:size])) for title, part in zip(titles[: layout.grids], parts, strict=False)]
 
 
-def mixed(liked: Sequence[str], chosen: Sequence[str], layout: GridLayout) -> list[ModelGrid]:
+def mixed(liked: Sequence[str], following: NextModels, layout: GridLayout) -> list[ModelGrid]:
     """Grids of models that are predicted to be liked, and of chosen ones; with one grid, one after the other.
 
     Args:
         liked: models that are predicted to be liked, the best first; only half of all places are theirs.
-        chosen: models of the strategy ``default``, of which a part is shown.
+        following: models of the strategy ``default``, of which a part is shown.
         layout: number and size of grids.
     """
     liked = liked[: (layout.models + 1) // 2]
-    others = [model for model in chosen if model not in liked]
+    others = [model for model in following.chosen if model not in liked]
     most = min(layout.models - len(liked), layout.rows * layout.columns)
     # Kinds of questions follow each other in the choice, and a part of it shall have all of them.
     others = [others[index * len(others) // most] for index in range(most)] if len(others) > most else others
+    left = [model for model in following.samples if model not in liked][: most - len(others)]
+    title = _SAMPLES if left else _CHOSEN
     if layout.grids == 1:
-        return [ModelGrid(", then those that ".join(_MIXED), (*liked, *others))]
-    return [ModelGrid(title, tuple(models)) for title, models in zip(_MIXED, (liked, others), strict=True)]
+        return [ModelGrid(f"{_LIKED}, then {_IN_ONE[title]}", (*liked, *others, *left))]
+    return [ModelGrid(_LIKED, tuple(liked)), ModelGrid(title, (*others, *left))]
 
 
 def extended(shown: Sequence[ModelGrid], following: Sequence[ModelGrid]) -> list[ModelGrid]:
@@ -112,10 +131,10 @@ def extended(shown: Sequence[ModelGrid], following: Sequence[ModelGrid]) -> list
 
 
 def _joined(title: str, more: str) -> str:
-    """Title of a grid in which models of another kind follow; it says the last kind, since titles are bounded."""
+    """Title of a grid in which models of another kind follow; it says the first and the last kind."""
     if title.endswith(more):
         return title
-    return f"{title.split(', then ', maxsplit=1)[0] or 'more'}, then {more}"[:MAX_NAME]
+    return f"{title.split(', then ', maxsplit=1)[0] or 'more'}, then {more}"
 
 
 def liked_models(
@@ -168,21 +187,22 @@ def next_scored(record: Record, factor: str, num: int) -> list[str]:
 
 def after_shown(models: Sequence[str], record: Record) -> list[str]:
     """The models from the first one after those that are shown, then the others."""
-    shown = {model for grid in record.grids for model in grid.models}
+    shown = set(record.shown_now)
     last = max((index for index, model in enumerate(models) if model in shown), default=-1)
     return [*models[last + 1 :], *models[: last + 1]]
 
 
-def fresh_samples(pool: ModelPool, record: Record, num: int) -> list[str]:
+def fresh_samples(pool: ModelPool, record: Record, num: int, without: Collection[str] = ()) -> list[str]:
     """Samples of the grammar that were never shown, then shown ones without a score.
 
     Args:
         pool: the pool; its samples are independent, so any of them follow the grammar.
         record: shown and scored models.
         num: number of models; fewer if there are no more.
+        without: models that are left out.
     """
-    scored = record.labelled_models
-    now = {model for grid in record.grids for model in grid.models}
+    scored = {*record.labelled_models, *without}
+    now = set(record.shown_now)
     kinds: Iterable[Iterable[str]] = (
         (model for model in pool.samples if model not in record.shown_models and model not in scored),
         (model for model in pool.samples if model in record.shown_models and model not in scored and model not in now),

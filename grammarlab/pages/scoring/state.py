@@ -76,8 +76,7 @@ def state_of(desk: SessionDesk) -> Message:
 def _models(display: SessionDisplay, predicted: Predictions | None) -> dict[str, Message]:
     """Knowledge about each model in a grid or beside the grids."""
     record = display.record
-    in_grids = (model for grid in record.grids for model in grid.models)
-    names = list(dict.fromkeys((*in_grids, *_recent(display))))
+    names = list(dict.fromkeys((*record.shown_now, *_recent(display))))
     index = display.knowledge.indices(names, display.pool)
     scores, product = record.factors[record.active], display.knowledge.predictions_of(0)
     columns = zip(

@@ -12,6 +12,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.learning.answers import Answers, answers_for
+from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.fitting import fit
@@ -26,6 +27,7 @@ from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.workers.tasks import (
+    NUM_FITS,
     Choose,
     Contrast,
     Factors,
@@ -87,7 +89,7 @@ class _LastUpdate:
         self._since: tuple[Floats, Floats] | None = None
         """[m] weights of the models of the pool from which changes are measured, and [m] predicted scores of them."""
         self._fits: dict[int, tuple[Floats, Floats]] = {}
-        """The same of later updates, by number."""
+        """The same of the last later updates, at most `NUM_FITS`, by number."""
 
     def do(self, request: Prepare | Update | Choose, report: Report) -> Any:
         if isinstance(request, Prepare):
@@ -194,7 +196,7 @@ class _LastUpdate:
         )
 
     def _divergence(self, product: Predictions | None, since: int) -> float:
-        """Divergence of the density from that of an earlier update; of an unknown one, from that of the grammar.
+        """Divergence of the density from that of an earlier update; see `Update.since`.
 
         It is computed on the pool of that time.
         """
@@ -205,6 +207,8 @@ class _LastUpdate:
             self._fits.clear()
         self._number += 1
         self._fits[self._number] = weights, liking
+        if len(self._fits) > NUM_FITS:
+            del self._fits[min(self._fits)]
         previous_weights, previous_liking = self._since or (weights, np.ones(len(weights)))
         return jensen_shannon(
             _density(previous_weights, previous_liking), _density(previous_weights, liking[: len(previous_weights)])
@@ -218,7 +222,9 @@ class _LastUpdate:
             return tuple(str(address) for pair in pairs for address in pair)
         # One of the ways: the session checks it before it is sent here.
         way = cast("Way", choice.way)
-        return tuple(map(str, ask(self._study, state, choice.num, choice.seed, factor=choice.factor, way=way)))
+        without = tuple(map(Address.parse, choice.without))
+        chosen = ask(self._study, state, choice.num, choice.seed, factor=choice.factor, way=way, without=without)
+        return tuple(map(str, chosen))
 
 
 def _answers(factors: Factors, space: AbstractDesignSpace[Any]) -> tuple[Answers, ...]:

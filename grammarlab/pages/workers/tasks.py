@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from grammarlab.features.patterns.pattern import Feature
 
 Singles = NDArray[np.float32]
+NUM_FITS = 4
+"""Number of updates of which a process remembers the predictions, to measure changes from them."""
 Factors = dict[str, Scores]
 """Labels by factor and subject."""
 
@@ -135,6 +137,8 @@ class ModelChoice:
     """Factor of the labels and the preference; empty for the product of all."""
     num: int
     seed: int
+    without: tuple[str, ...] = ()
+    """Addresses of models that are on the page, and are not chosen; of pairs, models may be chosen again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +165,8 @@ class Update:
     wide: bool = False
     """Whether the pool has been widened for rare models; if not, it is widened once liked models are rare."""
     since: int = 0
-    """`LearnedUpdate.number` of the update from which the change is measured; 0 for the grammar."""
+    """`LearnedUpdate.number` of the update from which the change is measured, one of the last `NUM_FITS` with a choice.
+    For other numbers, such as 0 or those of another process, it is that of the update before, or else the grammar."""
 
 
 @dataclass(frozen=True, slots=True)

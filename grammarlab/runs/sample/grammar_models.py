@@ -20,7 +20,15 @@ from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.language.reachability import likely_start, marks_start
 from grammarlab.runs.sample.checks import check_rules, grammar_to_run, unsupported_features
 from grammarlab.runs.sample.domains import AbstractDomain, CheckedText
-from grammarlab.runs.sample.models import AbstractModels, Batch, MadeModels, MadeScene, lots_of, property_remarks
+from grammarlab.runs.sample.models import (
+    EMPTY_MODELS,
+    AbstractModels,
+    Batch,
+    MadeModels,
+    MadeScene,
+    lots_of,
+    property_remarks,
+)
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import SUFFIX
 from grammarlab.scene import Scene, realize
@@ -160,7 +168,7 @@ def _of_start(request: SampleRequest, forest: Forest, source: AcceptedGrammar) -
     likely = likely_start(grammar.tree)
     advice = f"; `start_rule={likely}` may be meant" if likely not in ("", start) else ""
     message = f"models have no shape: no rule is marked @StartRule, so they begin with {start}{advice}"
-    return (Finding("warning", "empty-models", message, grammar.rules[start, 0].location),)
+    return (Finding("warning", EMPTY_MODELS, message, grammar.rules[start, 0].location),)
 
 
 def summarize_reports(forest: Forest) -> list[dict[str, Summary]]:

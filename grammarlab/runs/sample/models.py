@@ -22,6 +22,8 @@ if TYPE_CHECKING:  # these load libraries that most runs do without
     from grammarlab.runs.sample.model_rows import ModelRows
     from grammarlab.trees.planting import Crowns
 
+EMPTY_MODELS = "empty-models"
+"""Code of the warning that models have no shape."""
 Report = Mapping[str, Mapping[str, float | int | None]]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -17,7 +17,7 @@ from grammarlab.rendering.choice import RendererChoice, choose
 from grammarlab.runs.sample.checks import first_difference, hash_assets, warnings_of
 from grammarlab.runs.sample.clearing import batch_names, check_kept, clear_run, find_run
 from grammarlab.runs.sample.manifest import BATCHES_OVER_FOOTPRINTS, MANIFEST, Manifest, read_manifest, write_manifest
-from grammarlab.runs.sample.models import Batch, cut_batches, models_of
+from grammarlab.runs.sample.models import EMPTY_MODELS, Batch, cut_batches, models_of
 from grammarlab.runs.sample.records import (
     DERIVATIONS,
     BatchRecord,
@@ -281,9 +281,16 @@ def _make(
         prints=prints,
         missing_images=tuple(images),
         missing_assets=missing_assets,
-        warnings=by_place(finding for record in records for finding in record.warnings),
+        warnings=_warnings(records),
         kept_files=earlier.kept_files,
     )
+
+
+def _warnings(records: Sequence[BatchRecord]) -> tuple[Finding, ...]:
+    """The warnings of all batches; that models have no shapes is one only if those of no batch have any."""
+    everywhere = set.intersection(*(set(record.warnings) for record in records)) if records else set[Finding]()
+    every = by_place(finding for record in records for finding in record.warnings)
+    return tuple(finding for finding in every if finding.code != EMPTY_MODELS or finding in everywhere)
 
 
 def _run_batches(

@@ -273,3 +273,21 @@ def test_a_mesh_that_is_not_there_is_told_once_and_again_when_the_page_is_loaded
         expect(told).to_have_count(1)
     finally:
         running.kill()
+
+
+def test_more_models_can_be_asked_for_again_after_a_request_that_failed(towers):
+    towers.page.evaluate(
+        """() => {
+          const { send } = WebSocket.prototype;
+          WebSocket.prototype.send = function (data) {
+            WebSocket.prototype.send = send;
+            send.call(this, data.replace('"more"', '"nothing"'));
+          };
+        }"""
+    )
+    more = towers.button("More models")
+    count = towers.cells.count()
+    more.click()
+    expect(towers.page.get_by_text("nothing")).to_be_visible()
+    more.click()
+    expect(towers.cells).not_to_have_count(count)

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from grammarlab.pages.record.model_grids import MAX_NAME, GridLayout, ModelGrid
+from grammarlab.pages.record.model_grids import PAIRS, GridLayout, ModelGrid, check_shown
 from grammarlab.pages.scoring.knowledge import ModelPool
-from grammarlab.pages.scoring.populate import extended, liked_models, mixed
+from grammarlab.pages.scoring.populate import WAYS, NextModels, extended, laid_out, liked_models, mixed
 
 POOL = ModelPool(5, 200)
 RANDOM = np.random.default_rng(1)
@@ -58,13 +58,13 @@ def test_few_liked_models_do_not_get_company_that_is_not_liked():
 
 def test_each_grid_has_what_its_title_says():
     chosen = [f"q{number}" for number in range(8)] + ["b"]
-    first, second = mixed(["a", "b"], chosen, FOUR)
+    first, second = mixed(["a", "b"], NextModels(chosen), FOUR)
     assert (first.title, first.models) == ("may be liked, the best first", ("a", "b"))
     assert (second.title, second.models) == ("tell the most", ("q0", "q2", "q4", "q6"))
-    (only,) = mixed(["a", "b", "c"], chosen, GridLayout(1, 2, 2))
+    (only,) = mixed(["a", "b", "c"], NextModels(chosen), GridLayout(1, 2, 2))
     assert only.title == "may be liked, the best first, then those that tell the most"
     assert only.models == ("a", "b", "q0", "q4")
-    assert [len(grid.models) for grid in mixed(["a"], ["a", "q0"], FOUR)] == [1, 1]
+    assert [len(grid.models) for grid in mixed(["a"], NextModels(["a", "q0"]), FOUR)] == [1, 1]
 
 
 def test_further_models_follow_those_that_are_shown_and_none_is_shown_twice():
@@ -79,4 +79,23 @@ def test_further_models_follow_those_that_are_shown_and_none_is_shown_twice():
         (titles[0], ("a", "b", "d", "f")),
         (titles[1], ("c", "e")),
     ]
-    assert all(len(grid.title) <= MAX_NAME for grid in second)
+
+
+def test_titles_of_whatever_kinds_follow_each_other_are_whole():
+    one = GridLayout(1, 1, 3)
+    kinds = [mixed("a", NextModels("b", samples), one) for samples in ("", "c")]
+    titles = [grid.title for (grid,) in (*kinds, *(laid_out(way, "a", one) for way in WAYS if way != PAIRS))]
+    for first in titles:
+        for last in titles:
+            (grid,) = extended([ModelGrid(first, ("a",))], [ModelGrid(last, ("b",))])
+            check_shown({"way": "default", "grids": [{"title": grid.title, "models": []}]})
+            assert grid.title.startswith(first.split(", then ")[0])
+            assert grid.title.endswith(last)
+
+
+def test_samples_take_the_places_that_are_left_and_are_not_said_to_tell_the_most():
+    two = ["may be liked, the best first", "to score"]
+    first, second = mixed(["a", "b"], NextModels("c", "bde"), FOUR)
+    assert ([first.title, second.title], second.models) == (two, ("c", "d", "e"))
+    (only,) = mixed(["a"], NextModels((), "bcd"), GridLayout(1, 2, 2))
+    assert only.title == "may be liked, the best first, then others to score"

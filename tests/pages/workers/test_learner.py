@@ -16,11 +16,13 @@ from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init, step
 from grammarlab.pages.record.judgements import Judgement, compared
 from grammarlab.pages.record.label_exchange import labels_of
+from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.scoring.knowledge import ModelPool
 from grammarlab.pages.scoring.populate import LISTS, WAYS
 from grammarlab.pages.workers.artist import artist
 from grammarlab.pages.workers.learner import learner
 from grammarlab.pages.workers.tasks import (
+    NUM_FITS,
     Choose,
     DrawContrast,
     Factors,
@@ -192,6 +194,31 @@ def test_the_density_does_not_move_without_new_scores(handler: Handler, pool: Mo
     scores = {"overall": {model: float(index % 2) * 80 for index, model in enumerate(pool.names[:12])}}
     update(handler, scores)
     assert update(handler, scores).js == pytest.approx(0.0, abs=1e-9)
+
+
+def test_changes_are_measured_from_one_of_the_last_updates_and_older_ones_are_forgotten(pool: ModelPool):
+    handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
+    scores = said({"overall": {name: 100.0 * (kind_of(name) == "Flat") for name in pool.names[:12]}})
+    choice = ModelChoice("default", "overall", 2, 5)
+    every = [handler(Update(scores, NUMBERS, choice), report) for _ in range(NUM_FITS + 1)]
+    assert len({update.js for update in every}) == 1
+    assert every[0].js > 0.05
+    forgotten = handler(Update(scores, NUMBERS, choice, since=every[0].number), report)
+    assert forgotten.js == every[0].js
+    assert handler(Update(scores, NUMBERS, choice, since=every[-1].number), report).js == 0.0
+
+
+def test_models_that_are_on_the_page_are_not_chosen(handler: Handler, pool: ModelPool):
+    scores = {"overall": {name: 100.0 * (kind_of(name) == "Flat") for name in pool.names[:20]}}
+    update(handler, scores)
+    without = pool.names[20:100]
+    for way in WAYS:
+        if way in (*LISTS, "already ranked", PAIRS):
+            continue
+        choice = ModelChoice(way, "overall", SIZE, 1, without)
+        chosen = handler(Choose(said(scores), NUMBERS, choice), report)
+        assert not set(chosen) & {*without, *pool.names[:20]}
+        assert set(pool.samples[100:]) <= set(chosen)
 
 
 def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):

@@ -469,3 +469,12 @@ def test_empty_models_that_nobody_chose_a_start_rule_for_name_the_likely_one(tmp
     found = [finding.message for finding in sample_run(request, tmp_path / "run").warnings]
     assert len(found) == (message is not None)
     assert message is None or re.search(message, found[0])
+
+
+def test_a_run_warns_of_empty_models_if_those_of_all_batches_are_empty(tmp_path):
+    request = SampleRequest(name="a", text="Lot --> 50% : A else : NIL", assets=tmp_path, num_models=9, image=False)
+    shapes = [model.shapes for model in sample_run(request, tmp_path / "all").models]
+    empty = [number for number, count in enumerate(shapes) if count == 1]
+    for name, chosen, num_warnings in (("some", (empty[0], shapes.index(2)), 0), ("none", (empty[0], empty[-1]), 1)):
+        result = sample_run(replace(request, models=tuple(sorted(chosen))), tmp_path / name)
+        assert len(result.warnings) == num_warnings

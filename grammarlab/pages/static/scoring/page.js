@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 3ac63978b8305a13 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 9da6a428b256f50c */
 
 // shared/ahead.js
 var Ahead = class {
@@ -616,7 +616,7 @@ var NARROW = 620;
 function makeDisplay(page) {
   const grids = [];
   const board = element("div", { class: "gl-board" });
-  const more = textButton("More models", () => ask(), { class: "gl-button gl-quiet gl-more" });
+  const more = textButton("More models", () => void ask(), { class: "gl-button gl-quiet gl-more" });
   const stage = element("div", { class: "gl-stage" }, board, more);
   const about = element("p", { class: "gl-about" });
   const { pictures } = page;
@@ -635,16 +635,17 @@ function makeDisplay(page) {
   stage.addEventListener("touchmove", byHand, { passive: true });
   stage.addEventListener("pointerdown", ({ target }) => target === stage && byHand());
   const atEnd = new IntersectionObserver(([{ isIntersecting }]) => {
-    if (isIntersecting && performance.now() - moved < BY_HAND) ask();
+    if (isIntersecting && performance.now() - moved < BY_HAND) void ask();
   });
   atEnd.observe(more);
-  function ask() {
+  async function ask() {
     const now = page.selection.order.join();
     if (asked === now) return;
     asked = now;
-    void page.ask("more");
+    if (!await page.ask("more")) asked = "";
   }
   function update(state) {
+    if (!state.updating) asked = "";
     const beginsAnew = page.selection.show(state.grids.flatMap((grid) => grid.models));
     while (grids.length < state.grids.length) grids.push(makeGrid(grids.length));
     if (board.childElementCount !== state.grids.length) {
