@@ -23,7 +23,7 @@ from grammarlab.geometry.meshes import measure
 from grammarlab.geometry.meshes.edges import boundary_lengths, is_closed_surface, num_edges, num_holes
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.ragged import any_rows, sum_rows
-from grammarlab.geometry.selectors import ORIENTATIONS, classify
+from grammarlab.geometry.selectors import ORIENTATIONS, STEEP, classify
 
 Measure = Callable[[Meshes], NDArray]
 
@@ -117,13 +117,35 @@ def _volume(shapes: Shapes) -> Floats:
     return np.where(is_box(shapes.mesh), shapes.size.prod(axis=1), 0.0)
 
 
-def _height(call: FunctionCall) -> Value:
-    """World height of the geometry above its lowest point."""
+def _heights(call: FunctionCall) -> tuple[Meshes, Floats]:
+    """The geometry of shapes [N] in scope axes, and the height [P] of each of its points in the world."""
     meshes = local_meshes(call.shapes, call.workspace)
     rotations = call.workspace.frames.rotations(call.shapes.frame)
-    up = np.einsum("pj,pj->p", rotations[meshes.mesh_of_point(), 1, :], meshes.points)
-    low, high = meshes.with_points(np.repeat(up[:, None], 3, axis=1)).bounds()
-    return high[:, 0] - low[:, 0]
+    return meshes, np.einsum("pj,pj->p", rotations[meshes.mesh_of_point(), 1, :], meshes.points)
+
+
+def _extent(meshes: Meshes, heights: Floats) -> tuple[Floats, Floats]:
+    """[N] the smallest and the largest of the heights [P] of the points of meshes."""
+    low, high = meshes.with_points(np.repeat(heights[:, None], 3, axis=1)).bounds()
+    return low[:, 0], high[:, 0]
+
+
+def _height(call: FunctionCall) -> Value:
+    """World height of the geometry above its lowest point."""
+    low, high = _extent(*_heights(call))
+    return high - low
+
+
+def _lower_height(call: FunctionCall) -> Value:
+    """World height of the lowest corner of the faces that look up; of all of the geometry without such a face."""
+    meshes, heights = _heights(call)
+    low, high = _extent(meshes, heights)
+    frames = call.shapes.frame[meshes.mesh_of_face()]
+    looks_up = call.workspace.frames.to_world(frames, measure.face_normals(meshes))[:, 1] > STEEP
+    corners = looks_up[meshes.face_of_corner()]
+    lowest = high.copy()
+    np.minimum.at(lowest, meshes.mesh_of_corner()[corners], heights[meshes.corner_points()[corners]])
+    return lowest - low
 
 
 def _tolerance(call: FunctionCall) -> float:
@@ -203,6 +225,7 @@ BUILTINS: dict[str, Builtin] = {
     "geometry.isOriented": Builtin(_is_oriented, (1, 1), keywords=frozenset(ORIENTATIONS)),
     "geometry.isPlanar": _within_degrees(measure.is_planar, 1),
     "geometry.isRectangular": _within_degrees(measure.is_rectangular, 0),
+    "geometry.lowerheight": Builtin(_lower_height, (0, 0)),
     "geometry.nEdges": _by_kind(12.0, 4.0, num_edges),
     "geometry.nFaces": _by_kind(6.0, 1.0, measure.num_faces),
     "geometry.nHoles": _by_kind(0.0, 0.0, num_holes),

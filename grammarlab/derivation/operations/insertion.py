@@ -39,7 +39,7 @@ def i(call: BoundCall) -> Shapes:
     take the scale of the third, and if all three are 0 the mesh keeps its own size.
 
     An asset that the folder lacks becomes a unit box, so that derived shapes keep place and size (`Forest` names it).
-    So does one that cannot be read. A path outside the folder is an error.
+    So does one that cannot be read, and an unknown built-in mesh. A path outside the folder is an error.
     """
     call = _bare(call)
     text = call.text(call.values[0])
@@ -94,7 +94,8 @@ def asset_mesh(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
         return table.named(name, primitives.builtin_asset(name)), size, np.zeros(3)
     if path.startswith("builtin:"):
         valid_names = ", ".join(primitives.BUILTIN_ASSETS)
-        raise call.error(f'unknown built-in mesh "{path}"', f"expected one of {valid_names}")
+        call.warn(f'unknown built-in mesh "{path}"; a box stands in its place', f"expected one of {valid_names}")
+        return BOX, np.ones(3), np.zeros(3)
     asset = call.workspace.asset(name, call.location)
     if asset is None:
         return BOX, np.ones(3), np.zeros(3)

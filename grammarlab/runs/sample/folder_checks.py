@@ -74,7 +74,8 @@ def check_folder(folder: Path, library: Path | None = None) -> FolderCheck:
 
     Args:
         folder: the folder.
-        library: a folder of further projects that the files import from.
+        library: a folder of further projects that the files import from; by default `folder`, whose projects may import
+            from each other.
 
     Raises:
         UsageError: If it has no rule file, or too many.
@@ -82,7 +83,7 @@ def check_folder(folder: Path, library: Path | None = None) -> FolderCheck:
     paths = sorted(_rule_files(folder))
     if not paths:
         raise UsageError(f"{folder}: expected {SUFFIX} files in the folder or below it, found none.")
-    return FolderCheck(tuple(_tried(path, folder, library) for path in paths))
+    return FolderCheck(tuple(_tried(path, folder, library or folder) for path in paths))
 
 
 def _rule_files(folder: Path) -> Iterator[Path]:

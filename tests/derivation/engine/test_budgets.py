@@ -132,6 +132,12 @@ def test_a_box_stands_for_an_asset_that_cannot_be_read(tmp_path, name, content, 
     assert reason in bad.reason
 
 
+def test_a_box_stands_for_an_unknown_built_in_mesh():
+    forest, boxes = sample('Lot --> i("builtin:cube.obj") A'), sample('Lot --> i("builtin:cube") A')
+    assert forest.leaves.size.tolist() == boxes.leaves.size.tolist()
+    assert ["builtin:cube.obj" in finding.message for finding in forest.warnings] == [True]
+
+
 def test_nothing_of_a_derivation_waits_for_the_collector_of_cycles():
     grammar = Grammar.parse("Lot --> 50%: extrude(rand(3, 9)) Tower else: inline(Tower)")
     gc.collect()

@@ -308,3 +308,20 @@ def test_a_color_ramp_goes_from_its_first_color_to_its_last_in_36_small_steps(ra
 
 def test_a_ramp_nobody_knows_is_an_empty_text():
     assert derive(Grammar.parse('Lot --> print(colorRamp("rainbow", 0.5))'), 1, seed=1).prints == ("",)
+
+
+@pytest.mark.parametrize(
+    ("operations", "expected"),
+    [
+        ("extrude(world.up, 5)", 5.0),
+        ("extrude(world.up, 5) split(y) { geometry.lowerheight : X }\nX -->", 5.0),
+        ("extrude(world.up, 5) rotate(abs, world, 0, 90, 0)", 5.0),
+        ("extrude(world.up.flatTop, 5)", 5.0),
+        ("", 0.0),
+        ("extrude(world.up, 5) reverseNormals()", 0.0),
+    ],
+)
+def test_the_lower_height_is_that_of_the_lowest_corner_that_looks_up(operations, expected):
+    slope = np.array([[0, 0, 0], [0, 0, 4], [3, 2, 4], [3, 2, 0.0]])
+    grammar = Grammar.parse(f'Lot --> {operations} report("value", geometry.lowerheight)')
+    assert derive(grammar, 1, seed=1, footprint=slope).reports.value == pytest.approx(expected)

@@ -41,3 +41,13 @@ def test_every_file_of_a_folder_is_tried_and_what_is_missing_is_counted(tmp_path
 def test_a_folder_without_rule_files_is_refused(tmp_path):
     with pytest.raises(UsageError, match=r"expected \.cga files"):
         check_folder(tmp_path)
+
+
+def test_projects_of_a_folder_import_from_each_other(tmp_path):
+    for name, text in {
+        "Town/rules/main.cga": 'import b : "/Lib/rules/part.cga"\nLot --> b.Wall(3)',
+        "Lib/rules/part.cga": "Wall(a) --> extrude(a) A",
+    }.items():
+        (tmp_path / name).parent.mkdir(parents=True)
+        (tmp_path / name).write_text(text)
+    assert check_folder(tmp_path).counts() == {"no start rule": 1, "runs": 1}
