@@ -123,9 +123,13 @@ def align_to_axes(call: BoundCall) -> Shapes:
 
 
 def _axes(fixed: Floats, axis: int, near: Floats, neighbour: int, fallback: Floats) -> Floats:
-    """[N, 3, 3] right-handed axes, one given, another one as near as possible to a direction."""
+    """[N, 3, 3] right-handed axes, one given, another one as near as possible to a direction.
+
+    Where that direction is along the given axis, the third axis is as near as possible to `fallback`.
+    """
     flat = near - fixed * np.einsum("ni,ni->n", near, fixed)[:, None]
-    other = fallback - fixed * np.einsum("ni,ni->n", fallback, fixed)[:, None]
+    is_cyclic = (neighbour + 1) % 3 == axis
+    other = np.cross(fixed, fallback) if is_cyclic else np.cross(fallback, fixed)
     flat = np.where(np.linalg.norm(flat, axis=1, keepdims=True) > 1e-6, flat, other)
     spare = np.cross(fixed, np.roll(fixed, 1, axis=1))
     flat = np.where(np.linalg.norm(flat, axis=1, keepdims=True) > 1e-6, flat, spare)

@@ -287,7 +287,7 @@ def _cut_faces(faces: Soup, points: Floats, distance: Floats, normals: Floats) -
     """The parts of faces where the distance is positive.
 
     Faces that share an edge get the same new point on it. The first edge of a piece is the rest of the first edge
-    of its face, or otherwise the edge along the cut.
+    of its face. Otherwise it is the edge along the cut, or if another piece has the first edge, the one after it.
 
     Args:
         faces: faces with corners on both sides of the plane.
@@ -453,7 +453,9 @@ def _rejoined(walk: _Walk, points: Floats, normals: Floats) -> Soup:
     loops = Soup(rows[nodes[cycle]], loop_offsets, faces.mesh[source], faces.rank[source], faces.tags[source], data)
     # The rest of the first edge of a face is its first node, if that belongs to its first corner.
     has_first = (root == chains[offsets[:-1]][source]) & (root // 2 == faces.offsets[:-1][source])
-    return loops.begun_earlier(~has_first).without_repeats()
+    keeps_first = np.zeros(len(offsets) - 1, bool)
+    keeps_first[source[has_first]] = True
+    return loops.begun_earlier(~keeps_first[source]).without_repeats()
 
 
 @dataclass(frozen=True, slots=True)

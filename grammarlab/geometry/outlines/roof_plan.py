@@ -63,7 +63,7 @@ def gable_plan(xy: Floats, index: int, even: bool) -> Plan | None:
 
     Args:
         xy: the polygon.
-        index: the edge that becomes a gable together with the edge opposite, for convex polygons; `AUTOMATIC` and
+        index: the edge that becomes a gable together with the next but one, for convex polygons; `AUTOMATIC` and
             concave polygons: every edge, shortest first, between two convex corners over which the hip roof is a
             triangle, unless a neighbour is a gable already.
         even: whether the nodes along a ridge share their mean height, `index` being automatic.
@@ -75,10 +75,8 @@ def gable_plan(xy: Floats, index: int, even: bool) -> Plan | None:
     if plan is None:
         return None
     runs = _walls(plan)
-    if index != AUTOMATIC and plan.is_convex:
-        chosen = _facing_pair(plan, runs, index % len(plan.edges))
-    else:
-        chosen = _wing_ends(plan, runs)
+    is_indexed = index != AUTOMATIC and plan.is_convex
+    chosen = _pair(runs, index % len(plan.edges)) if is_indexed else _wing_ends(plan, runs)
     gables = frozenset(edge for run in chosen for edge in runs[run])
     gabled = _plan(xy, gables) if gables else plan
     if gabled is None or any(not gabled.faces[edge] for edge in gables):
@@ -205,15 +203,10 @@ def _has_one_tip(plan: Plan, wall: list[int]) -> bool:
     return bool((np.minimum(*offsets) <= slack).all())
 
 
-def _facing_pair(plan: Plan, walls: list[list[int]], index: int) -> list[int]:
-    """The wall of an edge and the wall that is most opposite to it, unless they meet."""
-    along = _directions(plan)
+def _pair(walls: list[list[int]], index: int) -> list[int]:
+    """The wall of an edge and the next but one, which is the opposite one of a rectangle."""
     wall_index = next((i for i, wall in enumerate(walls) if index in wall), 0)
-    around = _neighbours(plan, walls)[wall_index]
-    candidates = [i for i in range(len(walls)) if i != wall_index and i not in around]
-    if not candidates:
-        return [wall_index]
-    return [wall_index, min(candidates, key=lambda i: float(along[walls[i][0]] @ along[walls[wall_index][0]]))]
+    return [wall_index, (wall_index + 2) % len(walls)]
 
 
 def _with_level_ridges(plan: Plan) -> Plan:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, take_rows
+from grammarlab.geometry.meshes.cleanup import merged_points
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.planar import RELATIVE_TOLERANCE, Polygons, lay_flat, rectangle_sizes, regroup
 from grammarlab.geometry.meshes.vectors import cross, unit
@@ -150,23 +151,74 @@ def _rectangle_pieces(names: Sequence[int]) -> tuple[list[Loop], list[int]]:
 
 
 def _joined(
-    strips: dict[int, tuple[Loop, ...]], names: Sequence[int]
+    strips: dict[int, tuple[Loop, ...]], names: Sequence[int], xy: Floats | None = None, num_corners: int = 0
 ) -> list[tuple[list[Loop], dict[tuple[int, ...], int]]]:
-    """For each group the outlines and holes of the strips of its edges, and these edges by the nodes at their ends."""
+    """For each group the outlines and holes of the strips of its edges, and these edges by the nodes at their ends.
+
+    Args:
+        strips: the area that each edge sweeps.
+        names: [C] group of the edge that leaves each corner.
+        xy: [N, 2] the nodes, if strips may have parts of edges in common.
+        num_corners: number of nodes at the beginning that are corners of the polygon.
+    """
     groups: dict[int, list[int]] = {}
     for edge in strips:
         groups.setdefault(names[edge], []).append(edge)
-    return [
-        (merge([loop for edge in edges for loop in strips[edge]]), {strips[edge][0][:2]: edge for edge in edges})
-        for edges in groups.values()
-    ]
+    result = []
+    for edges in groups.values():
+        areas = [loop for edge in edges for loop in strips[edge]]
+        loops = merge(areas) if xy is None or len(edges) == 1 else _merged(xy, areas, num_corners)
+        result.append((loops, {strips[edge][0][:2]: edge for edge in edges}))
+    return result
+
+
+def _merged(xy: Floats, areas: Sequence[Loop], num_corners: int) -> list[Loop]:
+    """The outlines of areas, also where an edge of one is a part of an edge of another.
+
+    The areas have no corners there, but for those of the polygon, which are the first of the nodes.
+    """
+    slack = RELATIVE_TOLERANCE * float(np.ptp(xy, axis=0).max())
+    first = merged_points(np.column_stack((xy, np.zeros(len(xy)))), slack).tolist()
+    welded = [tuple(first[node] for node in area) for area in areas]
+    nodes = sorted({node for area in welded for node in area})
+    divided = [tuple(node for arc in _arcs(area) for node in _divided(xy, arc, nodes, slack)) for area in welded]
+    outlines = []
+    for loop in merge(divided):
+        bends = tuple(
+            node
+            for before, node, after in zip((loop[-1], *loop[:-1]), loop, (*loop[1:], loop[0]), strict=True)
+            if node < num_corners or not _is_between(xy[node], xy[before], xy[after], slack)[0]
+        )
+        outlines.append(bends)
+    return outlines
+
+
+def _arcs(loop: Loop) -> list[tuple[int, int]]:
+    return list(zip(loop, loop[1:] + loop[:1], strict=True))
+
+
+def _divided(xy: Floats, arc: tuple[int, int], nodes: Sequence[int], slack: float) -> list[int]:
+    """The beginning of an edge and the nodes within it, in order."""
+    within, share = _is_between(xy[list(nodes)], xy[arc[0]], xy[arc[1]], slack)
+    places = [(float(share[i]), nodes[i]) for i in np.flatnonzero(within).tolist() if nodes[i] not in arc]
+    return [arc[0], *(node for _, node in sorted(places))]
+
+
+def _is_between(points: Floats, start: Floats, end: Floats, slack: float) -> tuple[NDArray[np.bool_], Floats]:
+    """Whether points [..., 2] lie within an edge, and the share of the edge before each."""
+    along = end - start
+    length = float(np.hypot(*along))
+    offset = points - start
+    reach = (offset @ along) / max(length, slack)
+    aside = np.abs(offset[..., 1] * along[0] - offset[..., 0] * along[1]) / max(length, slack)
+    return (reach > slack) & (reach < length - slack) & (aside <= slack), reach
 
 
 def _from_first_edge(faces: Sequence[Loop], edge_of: dict[tuple[int, ...], int]) -> list[tuple[int, Loop]]:
     """Strips of a group, each beginning with its first edge, which comes with it."""
     result = []
     for face in faces:
-        arcs = list(zip(face, face[1:] + face[:1], strict=True))
+        arcs = _arcs(face)
         # The area that an edge sweeps behind a fixed edge may be disconnected from it.
         lead, start = min(
             ((edge_of[arc], i) for i, arc in enumerate(arcs) if arc in edge_of), default=(min(edge_of.values()), 0)
@@ -193,7 +245,7 @@ def _setback_patch(xy: Floats, steps: Sequence[float], names: Sequence[int]) -> 
     strips = {corner: result.faces[i] for i, corner in enumerate(corners) if steps[corner] > 0.0 and result.faces[i]}
     pieces = sorted(
         piece
-        for loops, edge_of in _joined(strips, names)
+        for loops, edge_of in _joined(strips, names, result.xy, len(corners))
         for piece in _from_first_edge(fill(result.xy, loops), edge_of)
     )
     kept = _half_moved(loops, xy, steps)

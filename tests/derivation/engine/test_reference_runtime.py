@@ -97,3 +97,59 @@ def test_the_largest_inner_rectangle_is_the_one_that_the_other_runtime_finds(foo
     assert polygons == 7
     assert found == pytest.approx(area, rel=1e-4)
     assert np.allclose(bounds, [low, high], atol=0.01)
+
+
+U_SHAPE = np.array(
+    [[0.0, 0, 0], [0, 0, 25], [10, 0, 25], [10, 0, 12], [22, 0, 12], [22, 0, 25], [32, 0, 25], [32, 0, 0]]
+)
+
+
+@pytest.mark.parametrize(
+    ("rules", "footprint", "outlines"),
+    [
+        # The first edge of the lot has a part in the first piece: the others begin after the cut.
+        (
+            "Lot --> rotateScope(0, 90, 0) split(z) { '0.7 : NIL | ~1 : A }",
+            U_SHAPE,
+            [
+                [[0, 17.5], [0, 25], [10, 25], [10, 17.5]],
+                [[22, 17.5], [22, 25], [32, 25], [32, 17.5]],
+            ],
+        ),
+        # Where x is upright z keeps its direction.
+        (
+            "Lot --> offset(-2, inside) comp(f) { all : X }\nX --> "
+            "rotateScope(0, 90, 0) alignScopeToAxes(y) split(z) { '0.3 : A | ~1 : NIL }",
+            RECTANGLE,
+            [[[2, 2], [2, 6.8], [28, 6.8], [28, 2]]],
+        ),
+        # Wings that touch along a part of an edge are one outline without corners in straight lines.
+        (
+            "Lot --> offset(-3, inside) alignScopeToAxes(y) shapeL(0.45 * scope.sz, 0.45 * scope.sx) "
+            "{ shape : A | remainder : NIL }",
+            L_SHAPE,
+            [[[3, 3], [3, 9], [11, 9], [11, 19], [20, 19], [20, 10.2], [23, 10.2], [23, 3]]],
+        ),
+    ],
+)
+def test_pieces_have_the_corners_of_the_other_runtime_in_its_order(rules, footprint, outlines):
+    meshes = world_meshes(derive(Grammar.parse(rules), 1, seed=0, footprint=footprint))
+    corners = np.split(meshes.points[meshes.corner_points()], meshes.face_offsets[1:-1])
+    assert len(corners) == len(outlines)
+    for found, expected in zip(corners, outlines, strict=True):
+        assert np.allclose(found[:, [0, 2]], expected, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("footprint", "area"),
+    [
+        (np.array([[0.0, 0, 0], [0, 0, 18], [26, 0, 0]]), 1037.599),
+        (np.array([[0.0, 0, 0], [0, 0, 24], [30, 0, 8]]), 1308.955),
+    ],
+)
+def test_a_gable_with_an_index_is_one_of_two_also_on_a_triangle(footprint, area):
+    rules = (
+        "Lot --> alignScopeToGeometry(yUp, 0, longest) extrude(9) comp(f) { bottom : NIL | top : Roof | side : A }\n"
+        "Roof --> roofGable(45, 0, 0, false, 0) s('1, 5, '1) comp(f) { bottom : NIL | all : A }"
+    )
+    assert measured(rules, footprint)[1] == pytest.approx(area, abs=2e-3)
