@@ -7,17 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Flags, Floats
 from grammarlab.facade.grammar.bands import Repeat, repeated_runs
 from grammarlab.facade.grammar.family import HEIGHT, WIDTH, Around, Range, WrittenFamily
-from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, number, rule_name
+from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, number, rule_name, split_body
 from grammarlab.facade.grammar.storeys import Storeys, storeys_of
 from grammarlab.facade.grammar.walks import KindSequence
 from grammarlab.facade.looks import THICKNESS
-from grammarlab.synthesis.analysis.example import Region
 from grammarlab.synthesis.assembly import Tiling
 from grammarlab.synthesis.building_grammar import (
     BuildingParts,
@@ -31,10 +32,12 @@ from grammarlab.synthesis.building_grammar import (
 from grammarlab.synthesis.grid_grammar import Units, label_pattern, write_label_family
 from grammarlab.synthesis.mesh.surface import Color, Surface
 from grammarlab.synthesis.mesh.views import VIEWS
-from grammarlab.synthesis.units import Stretch
+from grammarlab.synthesis.units import SNAP, Knots, Stretch, cell_knots
 
 _DIGITS, _RATE_DIGITS = 6, 9
 """Decimal digits of lengths, metres, and of lengths per metre of growth."""
+_NARROWEST = 0.75
+"""Width of a cell in the narrowest wall with one column more than there is room for, as a share of its usual width."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +121,19 @@ def building_family(
     return family, BuildingRules(family.text, tuple(writer.terminals))
 
 
+class _Unit(NamedTuple):
+    """A unit in a cell of another size."""
+
+    surface: Surface
+    """The unit, in the coordinates of the view."""
+    scope: UnitScope
+    """The cell."""
+    cuts: Floats
+    """[S] positions between walls and elements that keep their width, metres; none if all of the unit is scaled."""
+    is_rigid: Flags
+    """[S + 1] whether the strips between them keep their width."""
+
+
 @dataclass
 class _Writer:
     """The rules around the main wall, and all meshes."""
@@ -127,22 +143,80 @@ class _Writer:
     """The rest of the building that the family is made from."""
     names: RuleNames = field(default_factory=RuleNames)
     terminals: list[Terminal] = field(default_factory=list)
+    strips: list[str] = field(default_factory=list)
+    """Rules of the strips of units in cells of about their width."""
 
     @property
     def colors(self) -> Sequence[Color]:
         return self.parts.stock.colors
 
-    def units(self, tiling: Tiling) -> Units:
-        """The units of a wall."""
-        sources, unit = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
-        bodies = tuple(self._unit(tiling.walls[wall], wall, row, column) for wall, row, column in sources.tolist())
-        return Units(np.diff(tiling.columns), np.diff(tiling.rows), bodies, unit.reshape(tiling.grid.labels.shape))
+    def units(self, tiling: Tiling, *, fits: bool = False) -> Units:
+        """The units of a wall, made for the width of their kind of column and the height of their kind of row.
 
-    def _unit(self, region: Region, wall: int, row: int, column: int) -> str:
+        Args:
+            tiling: the wall.
+            fits: whether cells have only about this width, as in walls with as many columns as fit.
+        """
+        sources, source = np.unique(tiling.sources.reshape(-1, 3), axis=0, return_inverse=True)
+        by_source = Units(
+            np.diff(tiling.columns),
+            np.diff(tiling.rows),
+            ("",) * len(sources),
+            source.reshape(tiling.grid.labels.shape),
+        )
+        pattern, _ = label_pattern(tiling.grid, by_source)
+        widths, heights = (
+            np.array([lines.size[kind] for kind in lines.kind]) for lines in (pattern.columns, pattern.rows)
+        )
+        sizes = np.stack(np.broadcast_arrays(widths, heights[:, None]), axis=2)
+        keys = np.concatenate([tiling.sources, sizes.round(_DIGITS)], axis=2).reshape(-1, 5)
+        distinct, unit = np.unique(keys, axis=0, return_inverse=True)
+        make = self._fitting_unit if fits else self._unit
+        bodies = tuple(make(self._unit_in(tiling, index, key)) for index, key in enumerate(distinct))
+        return Units(widths, heights, bodies, unit.reshape(tiling.grid.labels.shape))
+
+    def _unit_in(self, tiling: Tiling, index: int, key: Floats) -> _Unit:
+        """A unit for a cell.
+
+        Args:
+            tiling: the wall.
+            index: number of the unit in the wall.
+            key: [5] wall, row and column of its source, and width and height of the cell in metres.
+        """
+        wall, row, column = key[:3].astype(np.int64).tolist()
+        region = tiling.walls[wall]
+        low = region.cell(row, column)[0]
+        scope = UnitScope(f"family-{tiling.region.name.replace(':', '-')}-{index}", low, low + key[3:], region.plane)
+        x, y = cell_knots(region, row, column, low, scope.high)
         surface = self.parts.cell(wall, row, column)
-        file = f"family-{region.name.replace(':', '-')}-{row * len(region.columns) + column}"
-        scope = UnitScope(file, *region.cell(row, column), region.plane)
-        return unit_body(surface, scope, self.colors, self.terminals)
+        if len(surface):
+            depths = np.array([region.plane, region.plane + 1.0])
+            surface = Stretch((x, y, Knots(depths, depths))).moved(surface)
+        narrow, _ = cell_knots(region, row, column, low, low + key[3:] * [_NARROWEST, 1.0])
+        is_rigid = np.abs(np.diff(narrow.new) - np.diff(narrow.old)) <= SNAP
+        return _Unit(surface, scope, x.at(narrow.old[1:-1]), is_rigid)
+
+    def _unit(self, unit: _Unit) -> str:
+        """CGA of a unit in a cell of its size."""
+        return unit_body(unit.surface, unit.scope, self.colors, self.terminals)
+
+    def _fitting_unit(self, unit: _Unit) -> str:
+        """CGA of a unit in a cell of about its width: elements keep theirs, walls take the rest."""
+        if not len(unit.cuts):
+            return self._unit(unit)
+        rest, scope, strips = [unit.surface], unit.scope, []
+        ends = [float(scope.low[0]), *unit.cuts.tolist(), float(scope.high[0])]
+        for index, (start, end) in enumerate(pairwise(ends)):
+            inside = [half for piece in rest for half in halves(piece, 0, end)]
+            piece = [half for half in inside if half.points[:, 0].max() <= end + SNAP]
+            rest = [half for half in inside if half.points[:, 0].max() > end + SNAP]
+            low, high = np.array([start, scope.low[1]]), np.array([end, scope.high[1]])
+            strip = UnitScope(f"{scope.file}-{index}", low, high, scope.plane)
+            body = "\n".join(unit_body(each, strip, self.colors, self.terminals) for each in piece) or "    NIL"
+            name = self.names.new("Opening" if unit.is_rigid[index] else "Strip")
+            self.strips.append(f"{name} -->\n{body}")
+            strips.append((("" if unit.is_rigid[index] else "~") + number(end - start, _DIGITS), name))
+        return f"    {split_body('x', strips, repeats=False)}"
 
     def around(self, tilings: Sequence[Tiling], growth: BuildingGrowth) -> Around:
         """The other walls and the rest."""
@@ -154,6 +228,7 @@ class _Writer:
             wall = self.names.new(rule_name(tiling.region.name))
             parts.append(_wall(tiling, growth, wall))
             lines += self._wall_rules(tiling, wall)
+        lines += self.strips
         pieces = [self.rest] if len(self.rest) else []
         for axis_growth in growth.growths:
             for position in (axis_growth.low, axis_growth.high):
@@ -171,7 +246,7 @@ class _Writer:
 
     def _wall_rules(self, tiling: Tiling, wall: str) -> list[str]:
         """The rules of another wall: columns, as many as fit, of rows, as many as fit."""
-        pattern, bodies = label_pattern(tiling.grid, self.units(tiling))
+        pattern, bodies = label_pattern(tiling.grid, self.units(tiling, fits=True))
         units = {label: self.names.new(f"{wall}{rule_name(label)}") for label in bodies}
         columns = [self.names.new(f"{wall}Column") for _ in pattern.columns.size]
         lines = [f"{wall} --> {_fitting('x', pattern.columns, columns)}"]

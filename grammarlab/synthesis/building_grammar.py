@@ -221,7 +221,8 @@ def _hex(color: Color) -> str:
 
 
 def _list(values: Sequence[float] | Floats, before: Sequence[str] = ("", "", "")) -> str:
-    return ", ".join(f"{head}{number(float(value), _DIGITS)}" for head, value in zip(before, values, strict=True))
+    texts = (number(float(value), _DIGITS) for value in values)
+    return ", ".join(f"{head}{text}" if text != "0" else text for head, text in zip(before, texts, strict=True))
 
 
 def _rows(

@@ -32,6 +32,10 @@ class PictureWindow(NamedTuple):
     """Right and top."""
 
 
+ON_AREA = PictureWindow(-1, (0.0, 0.0), (1.0, 1.0))
+"""What an element shows whose picture is projected on the area around it."""
+
+
 class Cell(NamedTuple):
     """An element, or parts in a row."""
 
@@ -59,6 +63,43 @@ class Cell(NamedTuple):
             yield self.label
         for _, part in self.parts:
             yield from part.things()
+
+    def on_area(self) -> Cell:
+        """The cell with elements that show what is projected on the area around it."""
+        return self._replace(
+            shows=ON_AREA if self.axis == LEAF else None,
+            parts=tuple((size, part.on_area()) for size, part in self.parts),
+        )
+
+    def is_split(self, axis: int) -> bool:
+        """Whether parts follow each other along an axis."""
+        return self.axis == axis or any(part.is_split(axis) for _, part in self.parts)
+
+
+def picture_on(cell: Cell) -> PictureWindow | None:
+    """The window of one picture that a cell shows as a whole; None if its elements show others, or none."""
+    if cell.axis == LEAF:
+        return cell.shows
+    windows = [(size, picture_on(part)) for size, part in cell.parts]
+    return window_over(windows, cell.axis)
+
+
+def window_over(parts: Sequence[tuple[float, PictureWindow | None]], along: int) -> PictureWindow | None:
+    """The window of parts that follow each other along an axis, with their sizes in metres.
+
+    None if the picture does not go on from each to the next at the same scale.
+    """
+    whole = parts[0][1]
+    for _, window in parts[1:]:
+        whole = _over_both(whole, window, along)
+    if whole is None:
+        return None
+    scale = (whole.high[along] - whole.low[along]) / sum(size for size, _ in parts)
+    is_even = all(
+        window is not None and abs(window.high[along] - window.low[along] - size * scale) <= _SAME_PLACE
+        for size, window in parts
+    )
+    return whole if is_even else None
 
 
 def nodes_between(facade: Facade, axis: int, low: float, high: float, least: float) -> Ints:

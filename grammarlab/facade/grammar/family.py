@@ -15,10 +15,19 @@ from math import isfinite
 import numpy as np
 
 from grammarlab.errors import FacadeError
-from grammarlab.facade.grammar.contents import Cell, PictureWindow
+from grammarlab.facade.grammar.bands import Repeat
+from grammarlab.facade.grammar.contents import ON_AREA, Cell, PictureWindow, picture_on, window_over
 from grammarlab.facade.grammar.derived_errors import member_error
 from grammarlab.facade.grammar.leaf_looks import OutlinedLeaf, outlined_leaf, picture_file, window_projection
-from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, leaf_body, number, rule_name, split_body
+from grammarlab.facade.grammar.rule_text import (
+    RuleNames,
+    front_of_box,
+    leaf_body,
+    number,
+    round_percentages,
+    rule_name,
+    split_body,
+)
 from grammarlab.facade.grammar.storeys import Storeys, storeys_of
 from grammarlab.facade.grammar.walks import (
     LONGEST,
@@ -33,7 +42,7 @@ from grammarlab.facade.grammar.walks import (
     walks,
 )
 from grammarlab.facade.looks import THICKNESS, is_door, look_of
-from grammarlab.facade.tree import LEAF, Facade
+from grammarlab.facade.tree import LEAF, Facade, X, Y
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 
@@ -102,7 +111,12 @@ def write_family(facade: Facade, widths: Range, heights: Range, stretch: float =
     storeys, column_walks = _storeys_and_walks(pattern, widths, heights)
     leaves = _FacadeLeaves(facade)
     written = _FamilyWriter(
-        pattern=pattern, storeys=storeys, walks=column_walks, leaf=leaves.body, start=leaves.common_picture
+        pattern=pattern,
+        storeys=storeys,
+        walks=column_walks,
+        leaf=leaves.body,
+        projection=leaves.projection,
+        start=leaves.common_picture,
     ).write()
     error = _own_error(facade, pattern, storeys, column_walks)
     return replace(written, error=error, outlined=leaves.outlined)
@@ -160,10 +174,11 @@ class _FacadeLeaves:
 
     def body(self, cell: Cell) -> str:
         """The operations that make a thing, which has no parts."""
-        setup = self._projection(cell.shows) if cell.shows else ""
+        is_on_area = cell.shows == ON_AREA
+        setup = self.projection(cell.shows) if cell.shows and not is_on_area else ""
         if cell.outline not in self.meshes:
             self.meshes[cell.outline] = outlined_leaf(np.array(cell.outline)) if cell.outline else None
-        mesh, pictured = self.meshes[cell.outline], bool(setup)
+        mesh, pictured = self.meshes[cell.outline], is_on_area or bool(setup)
         body = mesh.body(cell.label, pictured=pictured) if mesh else leaf_body(cell.label, pictured=pictured)
         return f"{setup} {body}".lstrip()
 
@@ -179,7 +194,8 @@ class _FacadeLeaves:
         shown = set(facade.picture[facade.leaves].tolist())
         return f'texture("{picture_file(facade, 0)}")' if shown == {0} else ""
 
-    def _projection(self, shows: PictureWindow) -> str:
+    def projection(self, shows: PictureWindow) -> str:
+        """The operations that project a window of a picture on a rectangle; empty if it has no area."""
         low, high = np.array(shows.low), np.array(shows.high)
         projection = window_projection(low, high - low, _DIGITS)
         if not projection or self.common_picture:
@@ -195,6 +211,8 @@ class _FamilyWriter:
     storeys: Storeys
     walks: Walks
     leaf: Callable[[Cell], str]
+    projection: Callable[[PictureWindow], str] = lambda _: ""
+    """Function that makes the CGA that projects a window of a picture on an area."""
     start: str = ""
     """CGA before the facade."""
     around: Around | None = None
@@ -203,6 +221,8 @@ class _FamilyWriter:
     cells: dict[Cell, str] = field(default_factory=dict)
     bays: dict[str, str] = field(default_factory=dict)
     """Rules of piers with the column after them, by their text."""
+    areas: dict[str, str] = field(default_factory=dict)
+    """Rules of areas of one picture, by their text."""
     labels: dict[str, str] = field(default_factory=dict)
     """Labels of leaves by symbol."""
 
@@ -220,7 +240,7 @@ class _FamilyWriter:
         states = self._state_names(columns)
         self._add_storeys(attributes)
         first = self._placed(columns, self.walks.before, self.walks.start.kind)
-        self.lines.append(f"Columns --> {first} {states[self.walks.start]}")
+        self.lines.append(f"Columns --> {self._height(attributes)} {first} {states[self.walks.start]}")
         for state in dict.fromkeys(self._equal_states().values()):
             self._add_state(state, states, columns)
         for name, kind in {name: kind for kind, name in columns.items()}.items():
@@ -242,13 +262,28 @@ class _FamilyWriter:
         return f"// A family of {things} with {min(columns)} to {max(columns)} columns, {wide} wide and {high} high"
 
     def _add_storeys(self, attributes: Listed[str]) -> None:
-        ways = []
-        for times, height in zip(self.storeys.times, self.storeys.heights, strict=True):
-            settings = "".join(f"set({name}, {turns}) " for name, turns in zip(attributes, times, strict=True))
-            if self.around:
-                settings += f"set({HEIGHT}, {number(height, _DIGITS)}) "
-            ways.append(f"{settings}s('1, {number(height, _DIGITS)}, 0) Columns")
+        """The rule that draws the numbers of turns; all are equally likely, to the percent."""
+        ways = [
+            "".join(f"set({name}, {turns}) " for name, turns in zip(attributes, times, strict=True)) + "Columns"
+            for times in self.storeys.times
+        ]
         self.lines.append(_choice("Storeys", [1.0 / len(ways)] * len(ways), ways))
+
+    def _height(self, attributes: Listed[str]) -> str:
+        """CGA that gives the scope the height of the drawn rows."""
+        rows = self.pattern.rows
+        turns = [
+            sum(rows.size[kind] for kind in rows.kind[run.start : run.start + run.period]) for run in self.storeys.runs
+        ]
+        fixed = sum(rows.size[kind] for kind in rows.kind) - sum(
+            run.turns * size for run, size in zip(self.storeys.runs, turns, strict=True)
+        )
+        terms = [number(fixed, _DIGITS)] if number(fixed, _DIGITS) != "0" else []
+        terms += [f"{name} * {number(size, _DIGITS)}" for name, size in zip(attributes, turns, strict=True)]
+        height = " + ".join(terms)
+        if self.around:
+            return f"set({HEIGHT}, {height}) s('1, {HEIGHT}, 0)"
+        return f"s('1, {height}, 0)"
 
     def _add_state(self, state: WalkState, states: dict[WalkState, str], columns: dict[int, str]) -> None:
         ways = [
@@ -312,7 +347,7 @@ class _FamilyWriter:
 
     def _equal_states(self) -> dict[WalkState, WalkState]:
         """The state whose rule is that of each state; probabilities count as far as they are written, in percent."""
-        return equal_futures(self.walks, self.pattern.columns.doors, _DIGITS + 2)
+        return equal_futures(self.walks, self.pattern.columns.doors, 2)
 
     def _state_name(self, state: WalkState) -> str:
         if not state.doors:
@@ -336,22 +371,34 @@ class _FamilyWriter:
     def _column_body(self, kind: int, attributes: Listed[str]) -> str:
         """The rows of a kind of column from the bottom up."""
         parts: list[tuple[list[str], str]] = []
-        runs = {run.start: (run, name) for run, name in zip(self.storeys.runs, attributes, strict=True)}
-        position, bands = 0, self.pattern.rows.kind
-        while position < len(bands):
-            if position in runs:
-                run, attribute = runs[position]
-                turn = [(self._row_size(row), self._cell(row, kind)) for row in bands[position : position + run.period]]
-                height = sum(self.pattern.rows.size[row] for row in bands[position : position + run.period])
-                rule = turn[0][1]
-                if any(name != rule for _, name in turn) or not self._stretches(rule):
-                    group = " | ".join(f"{size} : {name}" for size, name in turn)
-                    rule = f"split(y) {{ {{ {group} }}* }}"
-                self._append(parts, f"{attribute} * {number(height, _DIGITS)}", rule)
-                position = run.end
-            else:
-                self._append(parts, self._row_size(bands[position]), self._cell(bands[position], kind))
-                position += 1
+        runs = {run.start: run for run in self.storeys.runs}
+        attribute = dict(zip(runs, attributes, strict=True))
+        for start, end in self._areas(kind, runs):
+            rows = self._rows(kind, start, end)
+            if start not in runs:
+                for size, rule in rows:
+                    self._append(parts, size, rule)
+                continue
+            height = sum(self.pattern.rows.size[row] for row in self.pattern.rows.kind[start:end])
+            rule = rows[0][1]
+            if any(name != rule for _, name in rows) or not self._stretches(rule):
+                group = " | ".join(f"{size} : {name}" for size, name in rows)
+                rule = f"split(y) {{ {{ {group} }}* }}"
+            self._append(parts, f"{attribute[start]} * {number(height, _DIGITS)}", rule)
+        return self._stack(parts)
+
+    def _rows(self, kind: int, start: int, end: int) -> list[tuple[str, str]]:
+        """Sizes and rules of rows of a column: one if a picture goes on over them."""
+        if area := self._area(kind, start, end):
+            height = sum(round(self.pattern.rows.size[row], _DIGITS) for row in self.pattern.rows.kind[start:end])
+            return [(number(height, _DIGITS), area)]
+        if end - start > 1:
+            return [row for index in range(start, end) for row in self._rows(kind, index, index + 1)]
+        row = self.pattern.rows.kind[start]
+        return [(self._row_size(row), self._cell(row, kind))]
+
+    def _stack(self, parts: list[tuple[list[str], str]]) -> str:
+        """Parts from the bottom up, each with the terms of its size."""
         if len(parts) == 1:
             return parts[0][1]
         is_only_flexible = sum(self._is_flexible(rule) for _, rule in parts) == 1
@@ -359,6 +406,55 @@ class _FamilyWriter:
             ("~1" if is_only_flexible and self._is_flexible(rule) else " + ".join(sizes), rule) for sizes, rule in parts
         ]
         return split_body("y", named, repeats=False)
+
+    def _areas(self, kind: int, runs: dict[int, Repeat]) -> list[tuple[int, int]]:
+        """First and last row, exclusive, of the areas of a column on which one picture goes on.
+
+        A run of rows is represented by its first turn; rows without such a picture are areas of their own.
+        """
+        areas: list[tuple[int, int]] = []
+        position, num = 0, len(self.pattern.rows.kind)
+        while position < num:
+            if position in runs:
+                run = runs[position]
+                areas.append((position, position + run.period))
+                position = run.end
+                continue
+            end = position + 1
+            while end < num and end not in runs and self._window(kind, position, end + 1):
+                end += 1
+            areas.append((position, end))
+            position = end
+        return areas
+
+    def _window(self, kind: int, start: int, end: int) -> PictureWindow | None:
+        """The window of a picture that goes on over rows of a column; None if there is none."""
+        rows = self.pattern.rows
+        windows = []
+        for row in rows.kind[start:end]:
+            cell = self.pattern.cells[row][kind]
+            is_sized = not any(
+                cell.is_split(axis) and lines.is_mean(index)
+                for axis, lines, index in ((X, self.pattern.columns, kind), (Y, rows, row))
+            )
+            windows.append((rows.size[row], picture_on(cell) if is_sized else None))
+        return window_over(windows, Y)
+
+    def _area(self, kind: int, start: int, end: int) -> str:
+        """The rule of rows of a column with the picture that goes on over them, or nothing if there is none."""
+        window = self._window(kind, start, end)
+        projection = self.projection(window) if window else ""
+        if not projection:
+            return ""
+        parts: list[tuple[list[str], str]] = []
+        cells = [self.pattern.cells[row][kind].on_area() for row in self.pattern.rows.kind[start:end]]
+        for row, cell in zip(self.pattern.rows.kind[start:end], cells, strict=True):
+            self._append(parts, self._row_size(row), self._rule_of(cell))
+        body = f"{projection} {self._stack(parts)}"
+        if body not in self.areas:
+            self.areas[body] = self.names.new(self._name(cells, "Area"))
+            self.lines.append(f"{self.areas[body]} --> {body}")
+        return self.areas[body]
 
     def _append(self, parts: list[tuple[list[str], str]], size: str, rule: str) -> None:
         """Appends a part of a column; adjacent walls are merged."""
@@ -373,8 +469,10 @@ class _FamilyWriter:
         )
 
     def _stretches(self, rule: str) -> bool:
-        """Whether several such rows are one: walls without a picture, which would be stretched with them."""
-        return self._is_flexible(rule) and not any(cell.shows for cell, name in self.cells.items() if name == rule)
+        """Whether several such rows are one: walls without a picture of their own, which would be stretched."""
+        return self._is_flexible(rule) and not any(
+            cell.shows not in (None, ON_AREA) for cell, name in self.cells.items() if name == rule
+        )
 
     def _row_size(self, row: int) -> str:
         return number(self.pattern.rows.size[row], _DIGITS)
@@ -407,11 +505,11 @@ class _FamilyWriter:
 
 
 def _choice(name: str, probabilities: Listed[float], ways: Listed[str]) -> str:
-    """A rule with alternatives of the given probabilities."""
+    """A rule with alternatives of about the given probabilities, which are written as round percentages."""
     if len(ways) == 1:
         return f"{name} --> {ways[0]}"
-    *first, last = zip(probabilities, ways, strict=True)
-    lines = [f"{number(100.0 * probability, _DIGITS)}% : {way}" for probability, way in first]
+    *first, last = zip(round_percentages(probabilities), ways, strict=True)
+    lines = [f"{percentage}% : {way}" for percentage, way in first]
     return f"{name} -->\n" + "\n".join([*lines, f"else : {last[1]}"])
 
 
@@ -419,7 +517,12 @@ def _own_error(facade: Facade, pattern: KindPattern, storeys: Storeys, column_wa
     leaves = _FacadeLeaves(facade)
     own_storeys, own_walks = _own_member(pattern, storeys, column_walks)
     writer = _FamilyWriter(
-        pattern=pattern, storeys=own_storeys, walks=own_walks, leaf=leaves.body, start=leaves.common_picture
+        pattern=pattern,
+        storeys=own_storeys,
+        walks=own_walks,
+        leaf=leaves.body,
+        projection=leaves.projection,
+        start=leaves.common_picture,
     )
     error = member_error(facade, pattern, Grammar.parse(writer.write().text), writer.labels, leaves.outlined)
     return error if isfinite(error) else None

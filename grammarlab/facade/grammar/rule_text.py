@@ -5,12 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+import numpy as np
+
 from grammarlab.facade.grammar.bands import repeated_runs
 from grammarlab.facade.looks import THICKNESS, look_of
 
 AROUND = "Around"
 """Symbol of the wall around an outline in the box of a leaf."""
 RESERVED = {"Lot", "Facade", "NIL", AROUND}
+
+_MOST_DECIMALS = 6
+"""Most decimals of a percentage."""
+_LARGEST_CHANGE = 0.25
+"""Largest relative change of a probability by rounding: a facade says little about how often its columns repeat."""
+_ROUNDING = 1e-9
+"""Error of a sum of probabilities, in percent."""
 
 
 def number(value: float, digits: int) -> str:
@@ -21,6 +30,31 @@ def number(value: float, digits: int) -> str:
     """
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".") if digits else f"{value:.0f}"
     return "0" if text in ("-0", "") else text
+
+
+def round_percentages(probabilities: Sequence[float]) -> list[str]:
+    """Percentages with as few decimals as leave each within a quarter of its value; they add up to 100.
+
+    What is left by rounding down goes to the largest remainders, and to the last of equal ones.
+
+    Args:
+        probabilities: [N] probabilities, above 0, with sum 1.
+
+    >>> round_percentages([1 / 11] * 11)[::5], round_percentages([0.996, 0.004]), round_percentages([0.5, 0.5])
+    (['9', '9', '10'], ['99.6', '0.4'], ['50', '50'])
+    """
+    shares = np.asarray(probabilities, dtype=np.float64) / np.sum(probabilities)
+    decimals = 0
+    while True:
+        whole = 100 * 10**decimals
+        parts = np.floor(shares * whole + _ROUNDING)
+        missing = round(whole - parts.sum())
+        order = np.lexsort((-np.arange(len(parts)), parts - shares * whole))
+        parts[order[:missing]] += 1.0
+        is_near = (np.abs(parts - shares * whole) <= _LARGEST_CHANGE * shares * whole).all()
+        if is_near or decimals == _MOST_DECIMALS:
+            return [number(part / 10**decimals, decimals) for part in parts.tolist()]
+        decimals += 1
 
 
 def rule_name(label: str) -> str:
@@ -41,13 +75,24 @@ class RuleNames:
         self._used = set(RESERVED)
 
     def new(self, preferred: str) -> str:
-        """The preferred name, or the first free one with a number appended."""
+        """The preferred name, or the first free one with a number appended; with letters after a number.
+
+        >>> names = RuleNames()
+        >>> [names.new(name) for name in ("Bay", "Bay", "Bay2", "Bay2")]
+        ['Bay', 'Bay2', 'Bay2B', 'Bay2C']
+        """
         name, count = preferred, 1
         while name in self._used:
             count += 1
-            name = f"{preferred}_{count}" if preferred[-1].isdigit() else f"{preferred}{count}"
+            name = f"{preferred}{_letters(count) if preferred[-1].isdigit() else count}"
         self._used.add(name)
         return name
+
+
+def _letters(count: int) -> str:
+    """The letters of a column of a spreadsheet: A for 1, Z for 26, AA for 27."""
+    count -= 1
+    return (_letters(count // 26) if count >= 26 else "") + chr(ord("A") + count % 26)
 
 
 def leaf_body(label: str, *, pictured: bool = False, geometry: str = "primitiveCube()", scope: str = "") -> str:

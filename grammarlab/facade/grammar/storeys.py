@@ -15,6 +15,9 @@ MOST_TIMES = 100
 MOST_CHOICES = 400
 """Largest number of combinations of turns."""
 
+_STOREY_SHARE = 0.5
+"""Least height of a row that is a storey, as a share of the highest row; lower ones are cornices and friezes."""
+
 
 class Storeys(NamedTuple):
     """Runs of rows, and their numbers of turns."""
@@ -30,7 +33,8 @@ class Storeys(NamedTuple):
 def storeys_of(rows: KindSequence, low: float, high: float) -> Storeys:
     """The storeys of facades within a range of heights.
 
-    Runs of equal rows have any number of turns; if there are none, the highest row without a door does. All other rows
+    Runs of equal rows have any number of turns; if there are none, the uppermost row without a door does
+    that is at least half as high as the highest one. All other rows
     occur once, those with doors always.
 
     Args:
@@ -90,7 +94,8 @@ def _runs(rows: KindSequence) -> tuple[Repeat, ...]:
     ]
     if not alone:
         return ()
-    index = alone[-1]
+    highest = max(rows.size[rows.kind[k]] for k in alone)
+    index = [k for k in alone if rows.size[rows.kind[k]] >= _STOREY_SHARE * highest][-1]
     with_gap = index > 0 and not rows.has_elements[rows.kind[index - 1]]
     return (Repeat(index - with_gap, 1 + with_gap, 1),)
 

@@ -40,6 +40,14 @@ class KindSequence:
     edges: tuple[float, ...] = ()
     """[B + 1] bounds of the bands of a facade, metres; empty for a pattern without a facade."""
 
+    def is_mean(self, kind: int) -> bool:
+        """Whether the size of a kind differs from that of its first band, whose contents it has."""
+        if not self.edges:
+            return False
+        first = self.kind.index(kind)
+        own = self.edges[first + 1] - self.edges[first]
+        return abs(self.size[kind] - own) > SAME_PLACE * (self.edges[-1] - self.edges[0])
+
 
 @dataclass(frozen=True, slots=True)
 class KindPattern:

@@ -115,3 +115,11 @@ def choices(text: str) -> list[str]:
     """The ways of all random choices of a family, without numbers that tell bays of one name apart."""
     ways = (line.strip() for line in text.splitlines() if "% :" in line or line.strip().startswith("else :"))
     return [re.sub(r"(Bay|Pier)\d*", r"\1", way) for way in ways]
+
+
+def test_a_picture_that_goes_on_is_projected_once_and_percentages_are_round() -> None:
+    text = family(pictured(house(columns=5, rows=4))).text
+    rules = [line.split(" -->")[0] for line in text.splitlines() if "-->" in line]
+    assert {"Wall", "Window", "Door", "Cornice"} < set(rules)
+    assert not [name for name in rules if re.fullmatch("(Wall|Window|Door|Cornice)[0-9]+", name)]
+    assert re.findall(r"[\d.]+(?=%)", text) == re.findall(r"\d+(?=%)", text)
