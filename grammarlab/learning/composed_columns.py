@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from functools import reduce
 
 import numpy as np
+from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import Flags, Floats
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
@@ -51,16 +52,30 @@ def _varying(columns: Floats) -> Floats:
 
 
 def _same(columns: Floats, others: Floats) -> Flags:
-    """[C] whether a column orders the designs as one of the others does."""
-    known = {rank.tobytes() for rank in _ranks(others)}
-    return np.array([rank.tobytes() in known for rank in _ranks(columns)], dtype=bool)
+    """[C] whether a column orders the designs as one of the others does, or in reverse."""
+    columns, others = _rising(columns), _rising(others)
+    # Most columns rise or fall otherwise between some designs, which is seen without sorting them.
+    same = _alike(_directions(columns), _directions(others))
+    same[same] = _alike(ranks_of(columns[:, same]), ranks_of(others))
+    return same
 
 
-def _ranks(columns: Floats) -> Ints:
-    """[C, n] rank of each design by a column, counted from the end where the first design is nearer to it."""
-    ranks = ranks_of(columns)
-    highest = ranks.max(axis=1, keepdims=True, initial=0)
-    return np.where(2 * ranks[:, :1] <= highest, ranks, highest - ranks)
+def _alike(rows: NDArray[np.integer], others: NDArray[np.integer]) -> Flags:
+    """[C] whether a row is equal to one of the others."""
+    known = {row.tobytes() for row in others}
+    return np.array([row.tobytes() in known for row in rows], dtype=bool)
+
+
+def _rising(columns: Floats) -> Floats:
+    """The columns, negated where the first step from one design to the next is a fall."""
+    steps = np.diff(columns, axis=0, append=columns[-1:])
+    first = np.take_along_axis(steps, (steps != 0.0).argmax(axis=0)[None], axis=0)
+    return np.where(first < 0.0, -columns, columns)
+
+
+def _directions(columns: Floats) -> NDArray[np.int8]:
+    """[C, n-1] -1, 0 or 1 as each column falls, stays or rises from one design to the next."""
+    return np.ascontiguousarray(np.sign(np.diff(columns, axis=0)).T.astype(np.int8))
 
 
 def _flags(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Atom | Formula]]:

@@ -52,13 +52,13 @@ class Request:
             raise UsageError(f"{name}: expected a whole number from {low} to {high}, found {shown(value)}.")
         return value
 
-    def one_of(self, name: str, values: Sequence[str]) -> str:
+    def one_of(self, name: str, values: Sequence[str], default: str | None = None) -> str:
         """A text argument with few possible values.
 
         Raises:
-            UsageError: If it has another value.
+            UsageError: If it has another value, or none and there is no default.
         """
-        text = self.text(name)
+        text = self.text(name, default)
         if text not in values:
             raise UsageError(f"{name}: expected one of {', '.join(values)}, found {shown(text)}.")
         return text

@@ -1,5 +1,5 @@
 import { element, svg } from "../shared/element.js";
-import { textButton } from "../shared/menu.js";
+import { makeBusy } from "./busy.js";
 import { makeContrasts } from "./contrasts.js";
 import { makeLine } from "./line.js";
 
@@ -19,15 +19,7 @@ const LEAST_SHARE = 0.1;
  * @returns {import("./types.js").Part & { progress: (progress: Progress | null) => void, draw: () => void }}
  */
 export function makeLearning(page) {
-  const bar = element("progress", { class: "gl-progress", max: 1, "aria-label": "Learning" });
-  const stage = element("span");
-  const stop = textButton("Cancel", () => void page.ask("cancel"));
-  const busy = element(
-    "div",
-    { class: "gl-busy", hidden: true },
-    bar,
-    element("div", { class: "gl-row" }, stage, element("span", { class: "gl-space" }), stop),
-  );
+  const busy = makeBusy("Learning", () => void page.ask("cancel"));
   const hint = element("p", { class: "gl-hint" });
   const chart = element("figure", { class: "gl-chart" });
   const relevance = element("ul", { class: "gl-relevance" });
@@ -39,7 +31,7 @@ export function makeLearning(page) {
     "section",
     { class: "gl-card", "aria-label": "Learning" },
     line.element,
-    busy,
+    busy.element,
     hint,
     chart,
     why,
@@ -48,7 +40,7 @@ export function makeLearning(page) {
 
   /** @param {State} state */
   function update(state) {
-    progress(state.updating);
+    busy.progress(state.updating);
     line.draw();
     hint.textContent = hintOf(state);
     why.hidden = state.relevance.length === 0;
@@ -60,16 +52,7 @@ export function makeLearning(page) {
     drawn = points;
   }
 
-  /** @param {Progress | null} now */
-  function progress(now) {
-    busy.hidden = now === null;
-    if (!now) return;
-    stage.textContent = `${now.stage}…`;
-    if (now.total) bar.value = now.done / now.total;
-    else bar.removeAttribute("value");
-  }
-
-  return { element: section, update, progress, draw: line.draw };
+  return { element: section, update, progress: busy.progress, draw: line.draw };
 }
 
 /** @param {State} state */

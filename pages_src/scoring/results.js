@@ -1,4 +1,5 @@
 import { element } from "../shared/element.js";
+import { makeBusy } from "./busy.js";
 import { choice, menu, textButton } from "../shared/menu.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -36,7 +37,7 @@ export function makeResults(page) {
   const take = textButton("Import scores", () => picker.click(), {
     title: "A file that was exported here, or written by grammarlab label",
   });
-  const stage = element("p", { class: "gl-hint" });
+  const busy = makeBusy("Result", () => void page.ask("cancel", { of: "result" }));
   const outcome = element("div", { class: "gl-outcome", role: "status" });
   const buttons = element("div", { class: "gl-pairs" }, learn, sheet, give, take);
   const section = element(
@@ -44,7 +45,7 @@ export function makeResults(page) {
     { class: "gl-card", "aria-label": "Result" },
     element("h2", {}, "Result"),
     buttons,
-    stage,
+    busy.element,
     outcome,
     picker,
   );
@@ -115,7 +116,7 @@ export function makeResults(page) {
     } finally {
       button.disabled = false;
       button.classList.remove("gl-working");
-      stage.textContent = "";
+      busy.progress(null);
     }
   }
 
@@ -133,7 +134,7 @@ export function makeResults(page) {
     element: section,
     /** Of what any window asked for; said where it was asked. @param {import("./types.js").Progress} now */
     progress(now) {
-      if (learn.disabled || sheet.disabled) stage.textContent = `${now.stage}…`;
+      if (learn.disabled || sheet.disabled) busy.progress(now);
     },
     close: () => urls.forEach((url) => URL.revokeObjectURL(url)),
   };

@@ -10,7 +10,7 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.composed_columns import composed_columns
+from grammarlab.learning.composed_columns import _same, composed_columns
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.judge.judged_labels import MAX_LABELS, selected
@@ -109,3 +109,20 @@ def test_of_many_labels_an_even_selection_by_score_is_judged():
     assert (np.diff(indices) > 0).all()
     assert np.quantile(scores[indices], [0.1, 0.5, 0.9]) == pytest.approx(np.quantile(scores, [0.1, 0.5, 0.9]), abs=1.0)
     assert selected(scores[:5]).tolist() == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("num", [1, 2, 5, 40])
+def test_columns_that_order_designs_alike_are_those_whose_pairs_all_do(num):
+    randomness = np.random.default_rng(num)
+    known = randomness.integers(0, 3, (num, 6)).astype(np.float64)
+    columns = np.concatenate([known[:, :3] ** 3, 1.0 - known[:, 3:], randomness.integers(0, 3, (num, 30))], axis=1)
+
+    def pairs(column):
+        return np.sign(column[:, None] - column)
+
+    alike = [
+        any(np.array_equal(pairs(column), sign * pairs(other)) for other in known.T for sign in (1.0, -1.0))
+        for column in columns.T
+    ]
+    assert _same(columns, known).tolist() == alike
+    assert alike[:6] == [True] * 6

@@ -103,8 +103,11 @@ def _update(desk: SessionDesk, _request: Request) -> Message:
     return {}
 
 
-def _cancel(desk: SessionDesk, _request: Request) -> Message:
-    desk.learning.cancel()
+def _cancel(desk: SessionDesk, request: Request) -> Message:
+    if request.one_of("of", ("update", "result"), "update") == "update":
+        desk.learning.cancel()
+    else:
+        desk.files.cancel()
     return {}
 
 

@@ -35,6 +35,8 @@ class SessionFiles:
     def __init__(self, display: SessionDisplay, path: Path, makers: WorkerPool, announce: Announce) -> None:
         """Start with the record of a session; `path` is that of the session file."""
         self._display, self._path, self._makers, self._announce = display, path, makers, announce
+        self._ticket = 0
+        """Ticket of the last learned grammar, or sheet."""
 
     def export(self, suffix: str, answer: Answer, refuse: Refuse) -> None:
         """Export all scores as a label file."""
@@ -71,14 +73,18 @@ class SessionFiles:
 
         done = partial(answer_outcome, answer, refuse, result)
         task = LearnGrammar(self._display.factors, self._display.record.wide)
-        self._makers.submit(task, done, on_progress=partial(self._announce, "learn"))
+        self._ticket = self._makers.submit(task, done, on_progress=partial(self._announce, "learn"))
 
     def sheet(self, num: int, answer: Answer, refuse: Refuse) -> None:
         """Draw samples of the learned grammar."""
         file = f"{self._path.stem}-learned.png"
         done = partial(answer_outcome, answer, refuse, lambda content: ({"file": file}, [content]))
         task = DrawSheet(num, self._display.store.about.seed)
-        self._makers.submit(task, done, on_progress=partial(self._announce, "sheet"))
+        self._ticket = self._makers.submit(task, done, on_progress=partial(self._announce, "sheet"))
+
+    def cancel(self) -> None:
+        """Cancel the learned grammar, or sheet, that was asked for last; an earlier file stays as it is."""
+        self._makers.cancel(self._ticket)
 
     def close(self) -> None:
         """End the process."""

@@ -102,6 +102,7 @@ class _Maker:
             self.learned,
             labels_from=self.session.name,
             pool=replace(self.pool, wide=request.wide),
+            on_progress=report,
         )
         learned = result.learned
         rules = learned.rules_before, learned.rules_after

@@ -104,7 +104,8 @@ def learn_from_labels(
         seed: seed of the usual pool, 0 <= seed < 2**64.
         scenario: a scenario file to compare the result with; nothing is learned from it.
         respondent: respondent whose scale is used for this comparison; nothing is learned from it.
-        on_progress: called with the progress of models to learn from, for methods that need them.
+        on_progress: called with the name of a stage, how many of its parts are done, and how many there are (0 if
+            unknown).
 
     Raises:
         UsageError: If labels are of another grammar, or nothing is liked.
@@ -135,11 +136,13 @@ def learn_from_labels(
     study = Study(space, pool or Pool.usual(space, seed), settings)
     lines = [origin_line(source.file, space.hashes[0]), f"Labels {labels_from}: {len(labels)} scores"]
     with one_thread():
-        state = step(study, init(study), answers)
+        state = step(study, init(study), answers, on_progress)
+        on_progress("writing the file", 0, 0)
         density = writer.learn(study, state, making, lines, on_progress)
         gain = expected_gain(study, state)
     seconds = perf_counter() - begun
     learned = density.learned
+    on_progress("writing the file", 1, 1)
     if learned.text:
         write_learned(file, learned.text, space, source.assets)
     return LabelsResult(

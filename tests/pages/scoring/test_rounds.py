@@ -13,6 +13,7 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.pages.record.label_exchange import read_labels_or_session
 from grammarlab.pages.scoring.learning import NUM_BEHIND
 from grammarlab.pages.scoring.session import Session
+from grammarlab.pages.windows import Message
 from grammarlab.preference.label_files import read_labels
 from tests.cases import takes_turns
 from tests.pages.scoring.tower import kind_of
@@ -229,6 +230,19 @@ def test_rounds_of_scoring_move_the_density_less_and_less(session: Session, tmp_
         session.call("new_models", way=way)
         state = window.state(lambda state, way=way: state["way"] == way and not state["updating"])
         assert len(shown_models(state)) in (32, 96)
+    window.forget()
+    window.ask({"id": 1, "command": "learn"})
+    stages = []
+
+    def is_writing(message: Message) -> bool:
+        stages.extend([message["stage"]] if message.get("of") == "learn" else [])
+        return stages[-1:] == ["learning overall"]
+
+    window.wait(is_writing)
+    session.call("cancel", of="result")
+    assert "cancelled" in window.wait(lambda message: message.get("id") == 1)[0]["error"]
+    assert len(set(stages)) >= 3
+    assert not (tmp_path / "towers-learned.cga").exists()
     result, _ = session.call("learn")
     assert result["file"] == "towers-learned.cga"
     assert (tmp_path / result["file"]).read_text() == result["text"]

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 9da6a428b256f50c */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source f83371336127e080 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -1152,6 +1152,28 @@ function destination({ state, selection }, key, columns) {
   }
 }
 
+// scoring/busy.js
+function makeBusy(name, cancel) {
+  const bar2 = element("progress", { class: "gl-progress", max: 1, "aria-label": name });
+  const stage = element("span");
+  const stop = textButton("Cancel", cancel);
+  const section = element(
+    "div",
+    { class: "gl-busy", hidden: true },
+    bar2,
+    element("div", { class: "gl-row" }, stage, element("span", { class: "gl-space" }), stop)
+  );
+  function progress(now) {
+    section.hidden = now === null;
+    if (!now) return;
+    const share = now.done && now.total ? ` ${Math.round(100 * now.done / now.total)} %` : "";
+    stage.textContent = `${now.stage}…${share}`;
+    if (now.total) bar2.value = now.done / now.total;
+    else bar2.removeAttribute("value");
+  }
+  return { element: section, progress };
+}
+
 // scoring/contrasts.js
 var SIZE = 160;
 var TITLE = "One seed without and with the choice; the numbers are the mean predictions for all such models";
@@ -1224,15 +1246,7 @@ function makeLine(page) {
 var LITTLE = 0.01;
 var LEAST_SHARE = 0.1;
 function makeLearning(page) {
-  const bar2 = element("progress", { class: "gl-progress", max: 1, "aria-label": "Learning" });
-  const stage = element("span");
-  const stop = textButton("Cancel", () => void page.ask("cancel"));
-  const busy = element(
-    "div",
-    { class: "gl-busy", hidden: true },
-    bar2,
-    element("div", { class: "gl-row" }, stage, element("span", { class: "gl-space" }), stop)
-  );
+  const busy = makeBusy("Learning", () => void page.ask("cancel"));
   const hint = element("p", { class: "gl-hint" });
   const chart = element("figure", { class: "gl-chart" });
   const relevance = element("ul", { class: "gl-relevance" });
@@ -1244,14 +1258,14 @@ function makeLearning(page) {
     "section",
     { class: "gl-card", "aria-label": "Learning" },
     line.element,
-    busy,
+    busy.element,
     hint,
     chart,
     why
   );
   let drawn = "";
   function update(state) {
-    progress(state.updating);
+    busy.progress(state.updating);
     line.draw();
     hint.textContent = hintOf(state);
     why.hidden = state.relevance.length === 0;
@@ -1262,14 +1276,7 @@ function makeLearning(page) {
     if (points !== drawn) chart.replaceChildren(...drawChart(state.chart));
     drawn = points;
   }
-  function progress(now) {
-    busy.hidden = now === null;
-    if (!now) return;
-    stage.textContent = `${now.stage}…`;
-    if (now.total) bar2.value = now.done / now.total;
-    else bar2.removeAttribute("value");
-  }
-  return { element: section, update, progress, draw: line.draw };
+  return { element: section, update, progress: busy.progress, draw: line.draw };
 }
 function hintOf(state) {
   const [{ fresh, chart, gain, turn, active }, all] = [state, said(state)];
@@ -1958,7 +1965,7 @@ function makeResults(page) {
   const take = textButton("Import scores", () => picker.click(), {
     title: "A file that was exported here, or written by grammarlab label"
   });
-  const stage = element("p", { class: "gl-hint" });
+  const busy = makeBusy("Result", () => void page.ask("cancel", { of: "result" }));
   const outcome = element("div", { class: "gl-outcome", role: "status" });
   const buttons = element("div", { class: "gl-pairs" }, learn, sheet, give, take);
   const section = element(
@@ -1966,7 +1973,7 @@ function makeResults(page) {
     { class: "gl-card", "aria-label": "Result" },
     element("h2", {}, "Result"),
     buttons,
-    stage,
+    busy.element,
     outcome,
     picker
   );
@@ -2026,7 +2033,7 @@ function makeResults(page) {
     } finally {
       button.disabled = false;
       button.classList.remove("gl-working");
-      stage.textContent = "";
+      busy.progress(null);
     }
   }
   const urls = [];
@@ -2039,7 +2046,7 @@ function makeResults(page) {
     element: section,
     /** Of what any window asked for; said where it was asked. @param {import("./types.js").Progress} now */
     progress(now) {
-      if (learn.disabled || sheet.disabled) stage.textContent = `${now.stage}…`;
+      if (learn.disabled || sheet.disabled) busy.progress(now);
     },
     close: () => urls.forEach((url) => URL.revokeObjectURL(url))
   };
