@@ -118,15 +118,19 @@ U_SHAPE = np.array(
         ),
         # Where x is upright z keeps its direction.
         (
-            "Lot --> offset(-2, inside) comp(f) { all : X }\nX --> "
-            "rotateScope(0, 90, 0) alignScopeToAxes(y) split(z) { '0.3 : A | ~1 : NIL }",
+            (
+                "Lot --> offset(-2, inside) comp(f) { all : X }\nX --> "
+                "rotateScope(0, 90, 0) alignScopeToAxes(y) split(z) { '0.3 : A | ~1 : NIL }"
+            ),
             RECTANGLE,
             [[[2, 2], [2, 6.8], [28, 6.8], [28, 2]]],
         ),
         # Wings that touch along a part of an edge are one outline without corners in straight lines.
         (
-            "Lot --> offset(-3, inside) alignScopeToAxes(y) shapeL(0.45 * scope.sz, 0.45 * scope.sx) "
-            "{ shape : A | remainder : NIL }",
+            (
+                "Lot --> offset(-3, inside) alignScopeToAxes(y) shapeL(0.45 * scope.sz, 0.45 * scope.sx) "
+                "{ shape : A | remainder : NIL }"
+            ),
             L_SHAPE,
             [[[3, 3], [3, 9], [11, 9], [11, 19], [20, 19], [20, 10.2], [23, 10.2], [23, 3]]],
         ),
