@@ -22,10 +22,11 @@ Change: TypeAlias = Callable[[BoundCall, Shapes, tuple[Floats, ...], Floats], Fl
 def setup_projection(call: BoundCall) -> Shapes:
     """``setupProjection(set, axes, width, height, uOffset, vOffset, uwFactor)``: the projection for ``projectUV``.
 
-    u is the position along the first axis, plus the offset and `uwFactor` times the position along the third axis, in
-    textures of this width; v is that along the second axis, in textures of this height. Positions count from the origin
-    of the current scope, or of the world. ``'x`` is a share of the scope's size along the axis, and ``~x`` is adjusted
-    so that a whole number fills it. A negative size mirrors the image, and a size of 0 makes the coordinate 0.
+    u is the position along the first axis, less the offset, plus `uwFactor` times the position along the third axis, in
+    textures of this width; v is that along the second axis, in textures of this height: the lower left corner of the
+    image is at the offsets. Positions count from the origin of the current scope, or of the world. ``'x`` is a share of
+    the scope's size along the axis, and ``~x`` is adjusted so that a whole number fills it. A negative size mirrors the
+    image, and a size of 0 makes the coordinate 0.
     """
     uv_set = _uv_set(call, 0)
     if len(call.words) != 1 or call.words[0] not in KEYWORDS["projection"]:
@@ -44,7 +45,7 @@ def setup_projection(call: BoundCall) -> Shapes:
         share = _reciprocal(_tile(call, numbers[row], np.abs(shapes.size[:, axis])))
         offset = call.length(numbers[2 + row], axis) if len(numbers) > 2 + row else 0.0
         maps[:, row, :3] = gradient * share[:, None]
-        maps[:, row, 3] = (offset - np.einsum("ni,ni->n", gradient, origin)) * share
+        maps[:, row, 3] = -(offset + np.einsum("ni,ni->n", gradient, origin)) * share
     ids = call.workspace.texture_maps.add(maps, np.zeros(shapes.num, dtype=bool))
     return shapes._replace(state={**shapes.state, projection_name(uv_set): ids})
 

@@ -122,7 +122,8 @@ def window_projection(first: Floats, extent: Floats, digits: int) -> str:
     if (np.abs(extent) < _SAME_WINDOW).any():
         return ""
     sizes = ", ".join(f"'{number(value, digits)}" for value in (1.0 / extent).tolist())
-    offsets = ", ".join(f"'{number(value, digits)}" for value in (first / extent).tolist())
+    # The corner of the picture is to the left of the window and below it.
+    offsets = ", ".join(f"'{number(value, digits)}" for value in (0.0 - first / extent).tolist())
     return f"setupProjection(0, scope.xy, {sizes}, {offsets})"
 
 

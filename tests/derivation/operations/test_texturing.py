@@ -87,6 +87,13 @@ def test_every_point_keeps_its_coordinates_wherever_it_is_moved(axes, moves, fir
     )
 
 
+def test_the_corner_of_the_image_is_at_the_offsets():
+    """A facade takes the part of an image above its ground floor, as files of CityEngine's facade wizard do."""
+    part = "extrude(9) comp(f) { front : setupProjection(0, scope.xy, '4, '1.5, '-2, '-0.5) projectUV(0) A } A -->"
+    found = reported(f'Lot --> {part} report("u", geometry.uMin(0)) report("v", geometry.vMin(0))')
+    assert (found["u"], found["v"]) == (pytest.approx([0.5]), pytest.approx([1.0 / 3.0]))
+
+
 def projected(forest: Forest, leaf: int, points: Floats, axes: str) -> Floats:
     """The projection of the test above, in words of the reference."""
     system, letters = axes.split(".")
@@ -94,7 +101,7 @@ def projected(forest: Forest, leaf: int, points: Floats, axes: str) -> Floats:
         points = (points - forest.leaves.position[leaf]) @ forest.frames[forest.leaves.frame[leaf]]
     u, v = ("xyz".index(letter) for letter in letters)
     w = 3 - u - v
-    return np.stack([(points[:, u] + 0.5 + 0.75 * points[:, w]) / 2, (points[:, v] + 0.25) / -3], axis=1)
+    return np.stack([(points[:, u] - 0.5 + 0.75 * points[:, w]) / 2, (points[:, v] - 0.25) / -3], axis=1)
 
 
 CUTS = [
@@ -214,7 +221,7 @@ def test_the_sets_that_a_grammar_mentions(rules, sets):
 # Operations on coordinates
 
 FACADE = "Lot --> r(10, 20, 30) s(7, 5, '1) primitiveQuad() s('1, 5, 3) extrude(2) comp(f) { top : Top }  Top --> "
-PROJECTED = FACADE + "setupProjection(0, scope.xy, 2.5, 1.5, 1, 2) projectUV(0) "
+PROJECTED = FACADE + "setupProjection(0, scope.xy, 2.5, 1.5, -1, -2) projectUV(0) "
 MEASURES = {
     "du": "geometry.du(0, uvSpace)",
     "dv": "geometry.dv(0, uvSpace)",
