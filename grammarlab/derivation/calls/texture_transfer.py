@@ -22,15 +22,19 @@ _STREET = ((True, False), (False, False), (False, True))
 
 
 def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:
-    """Entries of `Shapes.state` of the initial shapes: the coordinates of a straight street.
+    """Entries of `Shapes.state` of the initial shapes: the coordinates of a straight street, and a projection.
 
     u runs along the first edge, v from it across the shape: in set 0 from 0 to 1, in set 1 in metres, in set 2 in
-    metres with u from the other end.
+    metres with u from the other end. The projection of all sets is in metres: v upwards, and u along the first edge
+    plus the distance behind it, so that it runs on around the corner.
     """
     no_maps = np.full(roots.num, NONE, dtype=np.int32)
     state: dict[str, Value] = {}
+    projection = no_maps
+    if workspace.uv_sets and roots.num:
+        projection = workspace.texture_maps.add(_around_the_corner(roots, workspace), np.zeros(roots.num, dtype=bool))
     for uv_set in workspace.uv_sets:
-        state[projection_name(uv_set)] = no_maps
+        state[projection_name(uv_set)] = projection
         state[map_name(uv_set)] = no_maps
         if uv_set < len(_STREET) and roots.num:
             state[map_name(uv_set)] = workspace.texture_maps.add(
@@ -103,6 +107,20 @@ def _street(roots: Shapes, uv_set: int, workspace: Workspace) -> Floats:
         maps[:, row, :3] = gradient * np.reshape(share, (-1, 1))
         maps[:, row, 3] = (start - np.einsum("ni,ni->n", gradient, roots.position)) * share
     return maps
+
+
+def _around_the_corner(roots: Shapes, workspace: Workspace) -> Floats:
+    """[N, 2, 4] the projection of initial shapes: (x - z, y) in their axes, from their first corner."""
+    x, y, z = np.moveaxis(workspace.frames.rotations(roots.frame), 2, 0)
+    first_of_mesh = workspace.meshes.take(roots.mesh)
+    filled = np.flatnonzero(np.diff(first_of_mesh.mesh_points) > 0)
+    corner = np.zeros((roots.num, 3))
+    first = first_of_mesh.face_offsets[first_of_mesh.mesh_faces[filled]]
+    corner[filled] = first_of_mesh.points[first_of_mesh.corner_points()[first]]
+    position = roots.position + workspace.frames.to_world(roots.frame, corner * roots.size)
+    gradients = np.stack([x - z, y], axis=1)
+    start = -np.einsum("nai,ni->na", gradients, position)
+    return np.concatenate([gradients, start[:, :, None]], axis=2)
 
 
 def _moved(before: Shapes, after: Shapes, ids: Ids, workspace: Workspace) -> Ids:

@@ -76,7 +76,8 @@ def set_attribute(call: BoundCall) -> Shapes:
     if name in TRIM_SWITCHES:
         return call.shapes
     if "." in name:
-        raise call.error(f"{name} cannot be set: it is not a material attribute, and no imported file defines it")
+        call.warn(f"{name} is not set: it is not a material attribute, and no imported file defines it")
+        return call.shapes
     raise call.error(
         f"set expects an attribute of this grammar or a material attribute, found {name}",
         "attributes are declared with attr; material attributes are " + ", ".join(CHANNELS),

@@ -12,7 +12,7 @@ from grammarlab.derivation.calls.calls import Argument, BoundCall, Operation
 from grammarlab.derivation.functions.shape_textures import Range, range_of, uv_set_of
 from grammarlab.derivation.state.corner_maps import own_maps
 from grammarlab.derivation.state.shapes import Ids, Shapes, number_column
-from grammarlab.derivation.state.texture_maps import DELETED, map_ids, projection_name, with_maps
+from grammarlab.derivation.state.texture_maps import DELETED, projection_name, with_maps
 from grammarlab.language.syntax.keywords import KEYWORDS
 
 Change: TypeAlias = Callable[[BoundCall, Shapes, tuple[Floats, ...], Floats], Floats]
@@ -51,10 +51,10 @@ def setup_projection(call: BoundCall) -> Shapes:
 
 
 def project(call: BoundCall) -> Shapes:
-    """``projectUV(set)``: coordinates from the projection of ``setupProjection``; without one they do not change."""
+    """``projectUV(set)``: coordinates from the projection of ``setupProjection``, or from that of the initial shape."""
     uv_set = _uv_set(call, 0)
     projection: Ids = np.asarray(call.shapes.state[projection_name(uv_set)])
-    return with_maps(call.shapes, uv_set, np.where(projection >= 0, projection, map_ids(call.shapes, uv_set)))
+    return with_maps(call.shapes, uv_set, projection)
 
 
 def delete(call: BoundCall) -> Shapes:

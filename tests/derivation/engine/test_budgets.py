@@ -138,6 +138,12 @@ def test_a_box_stands_for_an_unknown_built_in_mesh():
     assert ["builtin:cube.obj" in finding.message for finding in forest.warnings] == [True]
 
 
+def test_an_attribute_of_a_file_that_was_not_read_is_not_set():
+    forest = sample('import Tree : "absent.cga"\nLot --> set(Tree.name, "oak") extrude(3) A')
+    assert forest.leaves.size[:, 1].tolist() == [3.0, 3.0]
+    assert ["Tree.name is not set" in finding.message for finding in forest.warnings] == [True]
+
+
 def test_nothing_of_a_derivation_waits_for_the_collector_of_cycles():
     grammar = Grammar.parse("Lot --> 50%: extrude(rand(3, 9)) Tower else: inline(Tower)")
     gc.collect()

@@ -162,9 +162,25 @@ def test_sizes_of_textures_may_be_shares_or_about_so_large():
     assert reported(rules, footprint=(10.0, 3.0)) == {"u": [4.0, -1.0, 0.0], "v": [2.0, -1.0, 0.0]}
 
 
-def test_without_a_projection_coordinates_stay_as_they_are():
-    rules = 'Lot --> projectUV(0) projectUV(3) report("u", geometry.uMax) report("has", geometry.hasUVs(3)) Lawn'
-    assert reported(rules) == {"u": [1.0], "has": [0.0]}
+@pytest.mark.parametrize(
+    ("corners", "coordinates"),
+    [
+        ([[0, 0, 0], [0, 0, 20], [30, 0, 20], [30, 0, 0]], (0.0, 50.0)),
+        ([[0, 0, 0], [5, 0, 20], [32, 0, 23], [28, 0, 2]], (0.0, 55.541)),
+        ([[0, 0, 0], [-3, 0, 14], [11, 0, 25], [26, 0, 16], [24, 0, 1]], (0.0, 38.972)),
+        ([[0, 0, 0], [0, 6, 20], [30, 12, 20], [30, 6, 0]], (0.0, 53.15)),
+    ],
+)
+@pytest.mark.parametrize("move", [(0.0, 0.0, 0.0), (100.0, 5.0, 200.0)])
+def test_without_setup_the_projection_is_that_of_the_initial_shape_around_its_first_corner(corners, coordinates, move):
+    """Measured with CityEngine's runtime: u = x - z and v = y in the axes of the initial shape."""
+    top = "projectUV(0) A } A -->"
+    rules = f"Lot --> extrude(9.144) comp(f) {{ top : {top} " + "".join(
+        f'report("{name}", geometry.{name}(0)) ' for name in ("uMin", "uMax", "vMin", "vMax")
+    )
+    grammar = Grammar.parse(rules)
+    found = derive(grammar, 1, 1, footprint=np.array(corners, dtype=np.float64) + move).reports.value
+    assert found == pytest.approx([*coordinates, 9.144, 9.144], abs=2e-3)
 
 
 # What shapes come with

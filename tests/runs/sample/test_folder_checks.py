@@ -16,7 +16,7 @@ def test_every_file_of_a_folder_is_tried_and_what_is_missing_is_counted(tmp_path
         "broken.cga": "Lot --> extrude(",
         "stops.cga": "Lot --> comp(g) { all : A }",
         "endless.cga": "Lot --> Lot Lot",
-        "below/nested.cga": 'import c : "import.cga"\nLot --> set(c.b.height, 3) A',
+        "below/nested.cga": 'import c : "import.cga"\nLot --> extrude(c.b.height) A',
         "note.txt": "Lot --> A",
     }
     for name, text in files.items():
