@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from manifold3d import Error, Manifold, Mesh64, OpType
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Floats, Ints, connected
 from grammarlab.errors import UsageError
 from grammarlab.geometry.meshes.triangulate import triangulate
 from grammarlab.scene import Scene
@@ -23,6 +23,12 @@ _FARTHEST = 4.0
 """Largest distance that a corner moves, in margins: the tip of a needle would move without bound."""
 _SHORTEST = 1e-5
 """Metres below which edges are removed."""
+_FLAT = 1.0 - 1e-9
+"""Least cosine between normals of triangles in one plane, in the unit cube of their mesh."""
+_GAP = 5e-5
+"""Metres between surfaces that touched along an edge: less than a printer can make."""
+_MOST_ROUNDS = 8
+"""Largest number of times that surfaces draw back."""
 _MOST_SHAPES = 10_000
 """Largest number of shapes that are united: their time grows faster than their number."""
 
@@ -47,6 +53,8 @@ class _Shape:
     triangles: Ints
     rim: Ints
     """[R, 2] directed edges without a triangle at their other side."""
+    is_piece: bool = False
+    """Whether it is a flat piece of a folded surface."""
 
 
 def solid_of(scene: Scene) -> Solid:
@@ -73,40 +81,147 @@ def solid_of(scene: Scene) -> Solid:
     shape = np.repeat(np.asarray(surface.run_original_id, dtype=np.int64) - first, counts)
     used = np.unique(triangles)
     rows = np.searchsorted(used, triangles)
-    return Solid(points[used, :3], rows, scene.material[shape] if len(shape) else np.zeros(0, np.int32))
+    return Solid(apart(points[used, :3], rows), rows, scene.material[shape] if len(shape) else np.zeros(0, np.int32))
+
+
+def apart(points: Floats, triangles: Ints) -> Floats:
+    """Points of which no two that are one with 32 bits make an edge of more than two triangles.
+
+    Surfaces that only touch along an edge are two surfaces here, but not in files without indices, nor to programs that
+    join equal points. They draw back from such edges, by `_GAP`.
+
+    Args:
+        points: [P, 3] points.
+        triangles: [T, 3] rows of points, each edge with two triangles.
+    """
+    for _ in range(_MOST_ROUNDS):
+        proper, places = distinct_corners(points.astype(np.float32), triangles)
+        _, edge, counts = np.unique(np.sort(_edges(places), axis=1), axis=0, return_inverse=True, return_counts=True)
+        touching = np.unique(_edges(triangles[proper])[counts[edge.ravel()] > 2])
+        if not len(touching):
+            break
+        normal, direction = _normals(points, triangles), np.zeros_like(points)
+        for column in range(3):
+            np.add.at(direction, triangles[:, column], normal)
+        length = np.linalg.norm(direction[touching], axis=1, keepdims=True)
+        points = points.copy()
+        points[touching] -= _GAP * direction[touching] / np.where(length > 0.0, length, 1.0)
+    return points
+
+
+def distinct_corners(points: NDArray[np.floating], triangles: Ints) -> tuple[Ints, Ints]:
+    """Rows [t] of the triangles [T, 3] whose corners are different points, and [t, 3] numbers of these points."""
+    _, place = np.unique(points, axis=0, return_inverse=True)
+    places = place.ravel()[triangles]
+    proper = np.flatnonzero((places != np.roll(places, 1, axis=1)).all(axis=1))
+    return proper, places[proper]
 
 
 def _solids(scene: Scene, first_id: int) -> Iterator[Manifold]:
-    """The solids of all shapes with a volume; the triangles of instance k have the id ``first_id + k``."""
-    used, mesh = np.unique(scene.mesh, return_inverse=True)
-    shapes = [_shape(scene, index) for index in used.tolist()]
-    for row, (index, frame) in enumerate(zip(mesh.tolist(), scene.frame.tolist(), strict=True)):
-        shape, size = shapes[index], scene.size[row]
-        is_closed = not len(shape.rim)
-        if is_closed:
-            size = np.where(size > 0.0, size, _THICKNESS)
-        points = scene.position[row] + (shape.points * size) @ scene.frames[frame].T
-        triangles = shape.triangles
-        if not is_closed:
-            points, triangles = _thick(points, triangles, shape.rim)
-        solid = _solid(_larger(points, triangles), triangles, first_id + row)
-        if solid is not None:
-            yield solid
+    """The solids of all shapes with a volume; triangles have the id ``first_id + k`` of a shape k of their material."""
+    parts: dict[int, list[_Shape]] = {}
+    solids: dict[tuple[int, bytes, int, int], Manifold] = {}
+    columns = zip(scene.mesh.tolist(), scene.frame.tolist(), scene.material.tolist(), strict=True)
+    for row, (mesh, frame, material) in enumerate(columns):
+        # Shapes that differ in their place only are one solid.
+        key = mesh, scene.size[row].tobytes(), frame, material
+        if key not in solids:
+            parts[mesh] = parts.get(mesh) or _shapes(scene, mesh)
+            found = (_placed(part, scene.size[row], scene.frames[frame], first_id + row) for part in parts[mesh])
+            solids[key] = Manifold.batch_boolean([solid for solid in found if solid is not None], OpType.Add)
+        if not solids[key].is_empty():
+            yield solids[key].translate(scene.position[row].tolist())
 
 
-def _shape(scene: Scene, index: int) -> _Shape:
+def _placed(shape: _Shape, size: Floats, frame: Floats, number: int) -> Manifold | None:
+    """A shape as a solid that counts from its place; None if it has no volume."""
+    is_closed = not len(shape.rim)
+    if is_closed:
+        size = np.where(size > 0.0, size, _THICKNESS)
+    points, triangles = (shape.points * size) @ frame.T, shape.triangles
+    if not is_closed:
+        # What is folded in little room keeps to it.
+        thickness = min(_THICKNESS, *size[size > 0.0]) if shape.is_piece else _THICKNESS
+        points, triangles = _thick(points, triangles, shape.rim, thickness)
+    return _solid(_larger(points, triangles), triangles, number)
+
+
+def _shapes(scene: Scene, index: int) -> list[_Shape]:
+    """The parts of a mesh that are not connected by faces: they may overlap, and touch along edges and at points."""
     mesh = scene.meshes.take(np.array([index]))
     triangles, _ = triangulate(mesh)
-    points, point = np.unique(mesh.points, axis=0, return_inverse=True)
-    triangles = point.ravel()[triangles]
-    is_proper = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
-    triangles = triangles[is_proper]
-    edges = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    points = np.unique(mesh.points, axis=0)
+    _, triangles = distinct_corners(mesh.points, triangles)
+    return [
+        shape for rows, corners in _parts(points, triangles) for shape in _thickenable(_shape(points[rows], corners))
+    ]
+
+
+def _thickenable(part: _Shape) -> list[_Shape]:
+    """The flat pieces of an open part: a folded one would cross itself behind its folds if it became thick whole."""
+    if not len(part.rim):
+        return [part]
+    pieces = _parts(part.points, part.triangles, flat=True)
+    is_piece = len(pieces) > 1
+    return [replace(_shape(part.points[rows], corners), is_piece=is_piece) for rows, corners in pieces]
+
+
+def _shape(points: Floats, triangles: Ints) -> _Shape:
+    edges = _edges(triangles)
     there, back = edges @ (len(points), 1), edges[:, ::-1] @ (len(points), 1)
     return _Shape(points, triangles, edges[~np.isin(there, back)])
 
 
-def _thick(points: Floats, triangles: Ints, rim: Ints) -> tuple[Floats, Ints]:
+def _edges(triangles: Ints) -> Ints:
+    """[3 T, 2] directed edges."""
+    return np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+
+
+def _parts(points: Floats, triangles: Ints, *, flat: bool = False) -> list[tuple[Ints, Ints]]:
+    """Parts of a mesh whose triangles are connected by edges that two triangles share.
+
+    Parts that only touch have points of their own, so that they move apart when they grow.
+
+    Args:
+        points: [P, 3] points.
+        triangles: [T, 3] rows of points.
+        flat: whether only edges between triangles of one plane connect.
+
+    Returns:
+        For each part, [p] rows of its points, and [t, 3] its triangles as rows of these.
+    """
+    edges, start = _edges(triangles), np.arange(3 * len(triangles))
+    end = np.roll(start.reshape(-1, 3), -1, axis=1).ravel()
+    _, edge, counts = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
+    shared = np.flatnonzero(counts[edge.ravel()] == 2)
+    first, second = shared[np.argsort(edge.ravel()[shared], kind="stable")].reshape(-1, 2).T
+    if flat:
+        normal = _normals(points, triangles)
+        is_flat = (normal[first // 3] * normal[second // 3]).sum(axis=1) > _FLAT
+        first, second = first[is_flat], second[is_flat]
+    is_turned = edges[first, 0] != edges[second, 0]
+    from_start, from_end = np.where(is_turned, (end[second], start[second]), (start[second], end[second]))
+    point = connected(len(start), np.append(start[first], end[first]), np.append(from_start, from_end))
+    place = np.empty(int(point.max(initial=-1)) + 1, dtype=np.int64)
+    place[point] = triangles.ravel()
+    corners = point.reshape(-1, 3)
+    part = connected(len(place), corners[:, :2].ravel(), corners[:, 1:].ravel())[corners[:, 0]]
+    return [
+        (place[used], rows.reshape(-1, 3))
+        for number in np.unique(part).tolist()
+        for used, rows in (np.unique(corners[part == number], return_inverse=True),)
+    ]
+
+
+def _normals(points: Floats, triangles: Ints) -> Floats:
+    """[T, 3] unit normals; zeros for triangles without an area."""
+    corner = points[triangles]
+    turn = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    length = np.linalg.norm(turn, axis=1, keepdims=True)
+    return turn / np.where(length > 0.0, length, 1.0)
+
+
+def _thick(points: Floats, triangles: Ints, rim: Ints, thickness: float) -> tuple[Floats, Ints]:
     """An open surface with a second one behind it, and walls along its rim."""
     corner = points[triangles]
     normal = np.zeros_like(points)
@@ -114,7 +229,7 @@ def _thick(points: Floats, triangles: Ints, rim: Ints) -> tuple[Floats, Ints]:
     for column in range(3):
         np.add.at(normal, triangles[:, column], turn)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    behind = points - _THICKNESS * normal / np.where(length > 0.0, length, 1.0)
+    behind = points - thickness * normal / np.where(length > 0.0, length, 1.0)
     num = len(points)
     start, end = rim.T
     walls = np.concatenate([np.stack([end, start, start + num], 1), np.stack([end, start + num, end + num], 1)])
@@ -123,10 +238,7 @@ def _thick(points: Floats, triangles: Ints, rim: Ints) -> tuple[Floats, Ints]:
 
 def _larger(points: Floats, triangles: Ints) -> Floats:
     """Points of a closed mesh whose faces have moved outwards by the margin, as far as three faces can at a corner."""
-    corner = points[triangles]
-    turn = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    length = np.linalg.norm(turn, axis=1, keepdims=True)
-    normal = turn / np.where(length > 0.0, length, 1.0)
+    normal = _normals(points, triangles)
     spread, direction = np.zeros((len(points), 3, 3)), np.zeros_like(points)
     for column in range(3):
         np.add.at(spread, triangles[:, column], normal[:, :, None] * normal[:, None, :])

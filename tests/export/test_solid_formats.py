@@ -14,7 +14,7 @@ from PIL import Image
 
 from grammarlab.derivation.derive import derive
 from grammarlab.export import SaveOptions, save, stl
-from grammarlab.export.printable_solids import Solid, solid_of
+from grammarlab.export.printable_solids import Solid, apart, solid_of
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import realize
 from tests.export.gltf import read_glb, world
@@ -58,6 +58,49 @@ def test_points_that_are_one_in_the_32_bits_of_an_stl_leave_no_holes(tmp_path, m
     read: Any = trimesh.load_mesh(save(realize(derive(Grammar.parse(RULES), 1, 1)), tmp_path / "point.stl"))
     assert len(read.faces) == 4
     assert read.is_watertight
+
+
+def test_surfaces_that_touch_along_an_edge_draw_back_from_it():
+    points = np.array([[0.0, 0, 0], [0, 0, 1], [1, 1, 0], [1, 0, 0], [0, 0, 0], [0, 0, 1], [-1, -1, 0], [-1, 0, 0]])
+    one = np.array([[0, 1, 3], [0, 2, 1], [1, 2, 3], [0, 3, 2]])
+    triangles = np.concatenate([one, one + 4])
+    assert not is_watertight(points, triangles)
+    moved = apart(points, triangles)
+    assert is_watertight(moved, triangles)
+    assert np.abs(moved - points).max() < 1e-4
+    assert apart(moved, triangles) is moved
+
+
+def test_a_folded_surface_without_a_back_is_thick_without_crossing_itself(tmp_path):
+    """A panel with a deep frame of 30 mm around a pane, as windows of asset libraries have."""
+    rings = [(0.0, 0.0), (0.0, 1.0), (0.03, 1.0), (0.03, 0.0)]
+    corners = [(x, y, z) for inset, z in rings for x, y in _square(inset)]
+    faces = [
+        (4 * ring + i, 4 * ring + (i + 1) % 4, 4 * ring + 4 + (i + 1) % 4, 4 * ring + 4 + i)
+        for ring in range(3)
+        for i in range(4)
+    ]
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + [
+        "f " + " ".join(str(corner + 1) for corner in face) for face in [*faces, (12, 13, 14, 15)]
+    ]
+    (tmp_path / "frame.obj").write_text("\n".join(lines))
+    rules = Grammar.parse('Lot --> s(1, 2, 0.06) i("frame.obj") Frame')
+    solid = solid_of(realize(derive(rules, 1, 1, assets=tmp_path)))
+    assert is_watertight(solid.points, solid.triangles)
+    # Nothing reaches further behind a face than the frame is deep.
+    assert np.allclose(solid.points.min(axis=0), [-0.03, 0.0, -0.06], atol=1e-3)
+    assert np.allclose(solid.points.max(axis=0), [1.03, 2.0, 0.06], atol=1e-3)
+
+
+def _square(inset):
+    return [(inset, inset), (1 - inset, inset), (1 - inset, 1 - inset), (inset, 1 - inset)]
+
+
+def is_watertight(points, triangles):
+    """Also for programs that join equal points."""
+    mesh = trimesh.Trimesh(points.astype(np.float32), triangles, process=False)
+    mesh.merge_vertices()
+    return mesh.is_watertight
 
 
 def test_a_3mf_is_valid_and_has_the_places_colours_and_names_of_its_models(tmp_path):
