@@ -35,6 +35,9 @@ class LabelLook:
 
 _WINDOW = LabelLook("#2B3A48", -0.18, glazed=True)
 _DOOR = LabelLook("#5B4030", -0.22)
+_SHOP = LabelLook("#39424A", -0.12, glazed=True)
+_BLIND = LabelLook("#6F7F6A", -0.06)
+_SHUTTER = LabelLook("#6F7F6A", 0.06)
 _CORNICE = LabelLook("#DDD6C6", 0.3)
 _BAND = LabelLook("#DDD6C6", 0.1)
 _PILLAR = LabelLook("#D3CBBB", 0.15)
@@ -44,13 +47,13 @@ _BASE = LabelLook("#9A958B", 0.06, is_flexible=True)
 _LOOKS = {
     **dict.fromkeys(("window", "pane", "glass", "light"), _WINDOW),
     **dict.fromkeys(("door", "gate", "portal", "entrance"), _DOOR),
-    "shop": LabelLook("#39424A", -0.12, glazed=True),
+    "shop": _SHOP,
     "balcony": LabelLook("#3A3D40", 0.5),
     **dict.fromkeys(("cornice", "coping", "eaves"), _CORNICE),
     **dict.fromkeys(("molding", "band", "belt", "frieze"), _BAND),
     "sill": LabelLook("#D8D2C4", 0.12),
-    "blind": LabelLook("#6F7F6A", -0.06),
-    "shutter": LabelLook("#6F7F6A", 0.06),
+    "blind": _BLIND,
+    "shutter": _SHUTTER,
     **dict.fromkeys(("pillar", "pilaster", "column"), _PILLAR),
     "deco": LabelLook("#C9BFA9", 0.08),
     **dict.fromkeys(("base", "plinth"), _BASE),
@@ -84,3 +87,13 @@ def is_door(label: str) -> bool:
 def is_opening(label: str) -> bool:
     """Whether an element with this label is a window or an entrance, whose proportions people notice."""
     return is_door(label) or look_of(label) is _WINDOW
+
+
+def covers_opening(label: str) -> bool:
+    """Whether an element with this label hides a part of a window, or all of it, as blinds and shutters do."""
+    return look_of(label) in (_BLIND, _SHUTTER)
+
+
+def is_shop(label: str) -> bool:
+    """Whether an element with this label is a shop window, which may be as long as a whole storey."""
+    return look_of(label) is _SHOP

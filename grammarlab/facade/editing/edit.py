@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from math import isfinite
 from typing import Any
 
@@ -12,7 +13,7 @@ from grammarlab.errors import FacadeError, UsageError
 from grammarlab.facade.editing.edit_sequences import canonical, ranked, sequences
 from grammarlab.facade.editing.faults import find_faults
 from grammarlab.facade.editing.grid_proposals import with_joint, with_proposals
-from grammarlab.facade.editing.grids import aligned, following, grid_of, kinds
+from grammarlab.facade.editing.grids import aligned, following, grid_of, kinds, single_shops
 from grammarlab.facade.editing.retarget import MOST_STEPS, Retargeted, affordable, retarget, stepwise
 from grammarlab.facade.editing.slab_counts import best_slabs, changed_slabs
 from grammarlab.facade.editing.springs import origin_of
@@ -197,17 +198,18 @@ def _is_good(candidates: Sequence[_Candidate]) -> bool:
 def _with_whole_columns(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...]) -> list[_Candidate]:
     """The facade with columns and rows of the whole facade repeated, if any can be.
 
-    If that has a fault, also without those columns that cause one.
+    If that has a fault, also with shop windows that are never cut, and without those columns that cause a fault.
     """
     candidates: list[_Candidate] = []
-    for careful in (False, True):
+    has_shops = bool(single_shops(facade).any())
+    for careful, shops in product((False, True), (False, True) if has_shops else (False,)):
         start = time.perf_counter()
         variation, choices = unedited(facade), []
         try:
             _check_leaves(facade, wishes)
             for wish in wishes:
                 locked = [lock.node for lock in inherited(locks, variation)]
-                choice = best_slabs(variation, facade, wish.axis, wish.metres, locked, careful=careful)
+                choice = best_slabs(variation, facade, wish.axis, wish.metres, locked, careful=careful, shops=shops)
                 if choice is not None:
                     choices.append(choice)
                     variation = choice.variation

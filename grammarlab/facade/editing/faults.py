@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.facade.editing.grids import is_background
+from grammarlab.facade.editing.grids import is_background, single_shops
 from grammarlab.facade.editing.pieces import WHOLE
 from grammarlab.facade.editing.variations import Variation
 from grammarlab.facade.looks import is_door, is_opening
@@ -50,7 +50,7 @@ class Faults:
     doors: int
     """Number of doors more or fewer."""
     cut: float
-    """Share of openings and outlines of which only a part is left."""
+    """Share of openings and outlines of which only a part is left, and of shop windows of which less than half is."""
     shrunk: float
     """Share of elements of less than half of their own size."""
     open: float
@@ -87,7 +87,9 @@ def find_faults(original: Facade, variation: Variation, facade: Facade) -> Fault
     names = np.array([*(is_opening(name) for name in facade.labels), False])
     opening = names[facade.label[leaf]] if names[original.label[original.leaves]].any() else element
     has_outline = np.diff(facade.outline_offsets)[leaf] > 0
-    cut = ~whole & (opening | (element & has_outline))
+    shops = single_shops(original)[source[leaf]]
+    is_rest = (facade.size[leaf] < _LEAST_SIZE * original.size[source[leaf]]).any(axis=1)
+    cut = ~whole & (opening | (element & has_outline) | (shops & is_rest))
     seen = leaf[opening & whole]
     ratio = facade.size[leaf] / variation.target[leaf]
     proportion = facade.size[seen] / original.size[source[seen]]

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grid import Grid
+from grammarlab.facade.looks import is_shop
 from grammarlab.facade.tree import TOLERANCE, Facade, X, Y
 
 BACKGROUND = frozenset({"", "wall", "facade", "background"})
@@ -140,6 +141,19 @@ def lasso(facade: Facade, low: ArrayLike, high: ArrayLike, label: str | None = N
     inside = (facade.position >= corners[0] - slack) & (facade.position + facade.size <= corners[1] + slack)
     has_label = ~is_background(facade) if label is None else np.array(["", *facade.labels])[facade.label + 1] == label
     return topmost(facade, inside.all(axis=1) & has_label)
+
+
+def single_shops(facade: Facade) -> Flags:
+    """[N] whether a leaf is a shop window beside which no other one begins; several in a row are a band."""
+    shops = facade.leaves[np.array([*(is_shop(name) for name in facade.labels), False])[facade.label[facade.leaves]]]
+    low = facade.position[shops]
+    high = low + facade.size[shops]
+    gap = np.maximum(low[:, None] - high, low - high[:, None])
+    touches = (gap <= TOLERANCE * facade.size[0]).all(axis=2)
+    np.fill_diagonal(touches, False)
+    result = np.zeros(len(facade), dtype=bool)
+    result[shops] = ~touches.any(axis=1)
+    return result
 
 
 def is_background(facade: Facade) -> NDArray[np.bool_]:

@@ -89,6 +89,7 @@ def best_slabs(
     locked: Collection[int] = (),
     *,
     careful: bool = False,
+    shops: bool = False,
 ) -> SlabChoice | None:
     """The columns for a size (rows for `along` = Y); None if no column of the facade can be repeated.
 
@@ -100,8 +101,9 @@ def best_slabs(
         locked: nodes of the variation with locks; their columns keep one copy.
         careful: whether to leave columns as they are that show a fault if they alone occur twice, or not at all for a
             smaller size.
+        shops: whether shop windows are openings that are never cut.
     """
-    elements = find_elements(before.facade, along)
+    elements = find_elements(before.facade, along, shops=shops)
     slabs, solid = find_slabs(before.facade, along, elements, locked), elements.node[elements.is_solid]
     if careful:
         slabs = _faultless(

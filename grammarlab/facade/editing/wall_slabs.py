@@ -17,8 +17,8 @@ from itertools import pairwise
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.facade.editing.grids import is_background, topmost
-from grammarlab.facade.looks import is_door, is_opening
+from grammarlab.facade.editing.grids import is_background, single_shops, topmost
+from grammarlab.facade.looks import covers_opening, is_door, is_opening
 from grammarlab.facade.tree import TOLERANCE, Facade, Y
 
 _WHOLE_SHARE = 0.9
@@ -84,8 +84,16 @@ def find_slabs(facade: Facade, along: int, elements: Elements, locked: Collectio
     return _with_borders(_slabs(facade, elements, cuts, locked), elements, along)
 
 
-def find_elements(facade: Facade, along: int) -> Elements:
-    """The topmost nodes with a label; if none is an opening, also elements of grids shorter than half the facade."""
+def find_elements(facade: Facade, along: int, *, shops: bool = False) -> Elements:
+    """The topmost nodes with a label; if none is an opening, also elements of grids shorter than half the facade.
+
+    Blinds and shutters belong to openings: of a window behind a closed blind, only slivers are left.
+
+    Args:
+        facade: the facade.
+        along: X for columns, Y for rows.
+        shops: whether shop windows are openings, too; else they may be cut, as bands are.
+    """
     whole = float(facade.size[0, along])
     opens = np.array([*(is_opening(name) for name in facade.labels), False])
     chosen = ~is_background(facade)
@@ -96,6 +104,11 @@ def find_elements(facade: Facade, along: int) -> Elements:
     low = facade.position[node, along] - facade.position[0, along]
     length, thickness = facade.size[node, along], facade.size[node, 1 - along]
     solid = opens[facade.label[node]]
+    if solid.any():
+        covers = np.array([*(covers_opening(name) for name in facade.labels), False])
+        solid |= covers[facade.label[node]]
+        if shops:
+            solid |= single_shops(facade)[node]
     solid = solid if solid.any() else thickness < _WHOLE_SHARE * facade.size[0, 1 - along]
     is_whole = length >= _WHOLE_SHARE * whole
     return Elements(node, low, low + length, thickness, solid & ~is_whole, is_whole)

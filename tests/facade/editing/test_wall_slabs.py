@@ -137,3 +137,25 @@ def test_a_portal_in_the_middle_stays_there(change: int) -> None:
     door = names.index("door")
     assert names.count("window") == 6 + change
     assert names[:door].count("window") == names[door:].count("window")
+
+
+def test_slivers_of_windows_beside_closed_blinds_make_no_columns() -> None:
+    closed = across(leaf("window", 0.1, 2.0), leaf("blind", 1.9, 2.0))
+    bay = stacked(*[leaf("window", 2.0, 1.0), *[part for _ in range(5) for part in (leaf("wall", 2.0, 0.5), closed)]])
+    gap = leaf("wall", 1.0, 13.5)
+    house = built(across(gap, bay, gap, bay, gap, bay, gap))
+    slabs = find_slabs(house, X, find_elements(house, X))
+    assert [round(slab.length, 6) for slab in slabs] == [3.0, 3.0, 3.0]
+
+
+@pytest.mark.parametrize("factor", [1.3, 2.0])
+def test_shop_windows_of_another_rhythm_are_not_cut_into_strips(factor: float) -> None:
+    window = across(leaf("wall", 1.0, 1.5), leaf("window", 1.0, 1.5), leaf("wall", 1.0, 1.5))
+    shop = across(leaf("wall", 0.5, 3.0), leaf("shop", 3.5, 3.0), leaf("wall", 0.5, 3.0))
+    storey = across(*[window] * 6)
+    house = built(stacked(across(*[shop] * 4), *[part for _ in range(3) for part in (leaf("wall", 18.0, 1.0), storey)]))
+    best = edit(house, width=factor * house.width, most=1)[0]
+    shops = [node for node in best.facade.leaves if best.facade.name_of(node) == "shop"]
+    assert not best.faults
+    assert len(shops) >= 4
+    assert best.facade.size[shops, X].min() > 2.5
