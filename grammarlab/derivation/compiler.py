@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from grammarlab.derivation.array_expressions import makes_arrays
 from grammarlab.derivation.calls.texture_transfer import PIVOT_POSITION
@@ -19,6 +19,7 @@ from grammarlab.derivation.functions.shape_attributes import (
 from grammarlab.derivation.functions.shape_tags import BUILTINS as TAG_FUNCTIONS
 from grammarlab.derivation.functions.shape_textures import BUILTINS as TEXTURE_FUNCTIONS
 from grammarlab.derivation.functions.street_sides import OLDER_SELECTORS
+from grammarlab.derivation.liveness import SHOWN, Liveness
 from grammarlab.derivation.operation_sequences import Operations, SequenceCompiler, Successors, override_name
 from grammarlab.derivation.operations import OPERATIONS
 from grammarlab.derivation.operations.texturing import OPERATIONS as TEXTURING
@@ -113,7 +114,8 @@ class _Compilation:
         self._numbering = number_grammar(grammar)
         self._nodes = [node for inside in self._numbering.nodes for node in inside]
         self._rules = {key: number for number, key in enumerate(grammar.rules)}
-        self._drawing_functions = self._functions_that_draw()
+        self._drawing_functions = self._functions_with(_is_random)
+        self._printing_functions = self._functions_with(_prints)
         self._invoked = {key: frozenset(_invoked(walk(rule.body))) for key, rule in grammar.rules.items()}
         self._drawing_rules = self._rules_that_draw()
         self._names = Names(
@@ -123,7 +125,11 @@ class _Compilation:
             any(makes_arrays(node) for node in self._nodes),
         )
         symbols = {name: number for number, name in enumerate(self._numbering.symbols)}
-        self._successors = Successors(symbols, self._rules, self._draws)
+        rule_nodes = {key: list(walk(rule.body)) for key, rule in grammar.rules.items()}
+        self._has_trim_planes = _has_trim_planes(rule_nodes, self._invoked)
+        calls = {key: self._invoked[key] & self._rules.keys() for key in self._rules}
+        liveness = Liveness.of(grammar, calls, self._acts, self._has_trim_planes)
+        self._successors = Successors(symbols, self._rules, self._draws, liveness)
         self._branches = enumerate(self._numbering.branches)
 
     def program(self) -> Program:
@@ -135,7 +141,6 @@ class _Compilation:
             number: sorted(self._rules[callee] for callee in self._invoked[key] & self._rules.keys())
             for key, number in self._rules.items()
         }
-        rule_nodes = {key: list(walk(rule.body)) for key, rule in grammar.rules.items()}
         return Program(
             symbols=self._numbering.symbols,
             rule_names=tuple(
@@ -150,7 +155,7 @@ class _Compilation:
             state_names=self._state_names(),
             most_successors=max((len(branch.successors) for branch in self._numbering.branches), default=0),
             uv_sets=mentioned_uv_sets(self._nodes),
-            has_trim_planes=_has_trim_planes(rule_nodes, self._invoked),
+            has_trim_planes=self._has_trim_planes,
             trims_again=_trims_again(self._nodes),
             selects_streets=any(_selects_streets(node) for node in self._nodes),
             uses_tags=any(_reads_tags(node) for node in self._nodes),
@@ -196,7 +201,8 @@ class _Compilation:
             return SequenceCompiler(expressions, self._successors, branch).sequence(choice, rule=number)
 
         body = expressions.branching(rule.body, leaf)
-        return CompiledRule(self._successors.symbols[rule.name], body, variables)
+        is_bare = not self._successors.liveness.rules[rule.name, len(rule.parameters)] & SHOWN
+        return CompiledRule(self._successors.symbols[rule.name], body, variables, is_bare)
 
     def _default_start(self, start_rules: Mapping[str, int]) -> str:
         rules = (*self._grammar.start_rules, *self._grammar.rules.values())
@@ -220,14 +226,21 @@ class _Compilation:
             _is_random(node) or isinstance(node, Scatter) or _called(node) in self._drawing_functions for node in nodes
         )
 
-    def _functions_that_draw(self) -> frozenset[SymbolKey]:
+    def _acts(self, node: Node) -> bool:
+        """Whether evaluating a part of the tree may draw or print."""
+        return any(
+            _is_random(inner) or _prints(inner) or _called(inner) in self._drawing_functions | self._printing_functions
+            for inner in walk(node)
+        )
+
+    def _functions_with(self, has: Callable[[Node], bool]) -> frozenset[SymbolKey]:
+        """Functions with such a node in their values, or in those of functions that they call."""
         inside = {
             key: [node for part in (function.value, *function.variables) for node in walk(part)]
             for key, function in self._grammar.functions.items()
         }
         calls = {key: {_called(node) for node in nodes} - {None} for key, nodes in inside.items()}
-        drawing = {key for key, nodes in inside.items() if any(map(_is_random, nodes))}
-        return _spread(drawing, calls)
+        return _spread({key for key, nodes in inside.items() if any(map(has, nodes))}, calls)
 
     def _rules_that_draw(self) -> frozenset[SymbolKey]:
         drawing = {key for key, rule in self._grammar.rules.items() if self._draws_itself(rule.body, *rule.variables)}
@@ -367,6 +380,10 @@ def _trims(node: Node) -> bool:
 def _is_random(node: Node) -> bool:
     """Whether a node needs the random key of its shape."""
     return isinstance(node, Stochastic) or function_name(node) in VOCABULARY.draws | KEY_ATTRIBUTES
+
+
+def _prints(node: Node) -> bool:
+    return isinstance(node, Call) and node.function == "print"
 
 
 def _called(node: Node) -> SymbolKey | None:

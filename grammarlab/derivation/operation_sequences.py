@@ -16,6 +16,7 @@ from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCal
 from grammarlab.derivation.calls.inlining import combined_shapes, derived_at_once, merged, row_name
 from grammarlab.derivation.calls.modifying import UNTOUCHED, RowNames, recomposed
 from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
+from grammarlab.derivation.liveness import INDEX, SHOWN, Liveness
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
 from grammarlab.derivation.state.shapes import Shapes, child_keys, part_keys
 from grammarlab.derivation.state.surroundings import visible
@@ -48,6 +49,8 @@ class Operations:
     """A compiled sequence."""
 
     steps: tuple[Step, ...]
+    live_steps: tuple[Step, ...]
+    """Those on which nodes, draws or reports depend: all that is carried out when no leaves are recorded."""
     shows: Shows
     """Which shapes are visible at its end: all, those for which it made nothing, or none."""
     rule: int = -1
@@ -56,17 +59,18 @@ class Operations:
     def run(self, shapes: Shapes, workspace: Workspace) -> None:
         """Apply the sequence to shapes [N]: record visible shapes, queue shapes with rules."""
         recorder = workspace.recorder
-        if self.shows == "fruitless":
-            shown = recorder.fruitless(lambda: self._applied(shapes, workspace))
+        if self.shows == "fruitless" and recorder.has_leaves:
+            shown = recorder.fruitless(lambda: self.applied(shapes, workspace))
         else:
-            current = self._applied(shapes, workspace)
+            current = self.applied(shapes, workspace)
             shown = current if self.shows == "all" else None
         if shown is not None:
             recorder.add_leaves(shown)
 
-    def _applied(self, shapes: Shapes, workspace: Workspace) -> Shapes:
+    def applied(self, shapes: Shapes, workspace: Workspace) -> Shapes:
+        """Shapes [N] after the last step; the caller decides whether they are visible."""
         current = shapes
-        for step in self.steps:
+        for step in self.steps if workspace.recorder.has_leaves else self.live_steps:
             current = step(current, shapes, workspace)
         return current
 
@@ -81,6 +85,7 @@ class Successors:
     """Number of the rule for a symbol and a number of arguments."""
     draws: Callable[[Node], bool]
     """Whether a part of the syntax tree, or anything derived from it, may draw random numbers."""
+    liveness: Liveness
 
 
 def run_branches(body: Branching[Operations], shapes: Shapes, workspace: Workspace) -> None:
@@ -115,7 +120,16 @@ class SequenceCompiler:
         """
         steps = tuple([self._item(item, in_block) for item in sequence.items])
         shows: Shows = "none" if is_part or _must_make(sequence) else "fruitless" if _may_make(sequence) else "all"
-        return Operations(steps, shows, rule)
+        return Operations(steps, tuple(self._live(sequence, steps)), shows, rule)
+
+    def _live(self, sequence: syntax.Sequence, steps: Sequence[Step]) -> Iterator[Step]:
+        """The steps on which nodes, draws or reports depend."""
+        liveness = self._successors.liveness
+        for item, step, is_dead in zip(sequence.items, steps, liveness.dead(sequence), strict=True):
+            if not is_dead:
+                yield step
+            elif isinstance(item, Invoke) and liveness.acts(item):
+                yield self._evaluation(item)
 
     def body(self, choice: syntax.Choice, in_block: bool, is_part: bool = True) -> Branching[Operations]:
         """Code for a choice whose leaves are sequences."""
@@ -163,6 +177,16 @@ class SequenceCompiler:
 
         return step
 
+    def _evaluation(self, item: Invoke) -> Step:
+        """Code that only evaluates the arguments of an operation, which draw or print."""
+        arguments = all_values(self._arguments(item.name, item.arguments, OPERATIONS[item.name], item.location))
+
+        def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            arguments(shapes, workspace)
+            return shapes
+
+        return step
+
     def _block(self, operation: BlockOperation, item: Block) -> Step:
         number = next(self._blocks)
         values = _per_edge(item) if item.name == "setbackPerEdge" else item.arguments
@@ -194,13 +218,18 @@ class SequenceCompiler:
         """Code that divides shapes into parts, and applies to the parts of each head its choice."""
         draws = tuple(self._successors.draws(choice) for choice in choices)
         bodies = tuple(self.body(choice, in_block=True) for choice in choices)
+        live = [self._successors.liveness.part(choice) for choice in choices]
+        has_index = any(part & INDEX for part in live)
+        bare = tuple([not part & SHOWN for part in live])
         location, divide = item.location, operation.divide
         is_occluder = name == "comp"
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
             if is_occluder and workspace.collector is not None:
                 workspace.collector.add(visible(shapes))
-            call = BoundCall(name, shapes, arguments(shapes, workspace), origin, workspace, location)
+            bare_parts = () if workspace.recorder.has_leaves else bare
+            values = arguments(shapes, workspace)
+            call = BoundCall(name, shapes, values, origin, workspace, location, has_index, bare_parts)
             parts = divide(call, heads(shapes, workspace))
             for part, body, random in zip(parts, bodies, draws, strict=True):
                 if part.shapes.num:
@@ -345,9 +374,7 @@ def override_name(item: Invoke, attribute: syntax.Attribute) -> str:
 def _bracket(body: Branching[Operations]) -> Step:
     def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
         for sequence, _, chosen in route(body, shapes, workspace):
-            current = chosen
-            for inner in sequence.steps:
-                current = inner(current, chosen, workspace)
+            sequence.applied(chosen, workspace)
         return shapes
 
     return step

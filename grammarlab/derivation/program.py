@@ -25,6 +25,8 @@ class CompiledRule:
     body: Branching[Operations]
     variables: tuple[Code, ...] = ()
     """Local variables, evaluated in order before the body; their values follow the parameters in `Shapes.locals`."""
+    is_bare: bool = False
+    """Whether its shapes need no geometry while no leaves are recorded."""
 
 
 def with_variables(shapes: Shapes, variables: Sequence[Code], workspace: Workspace) -> Shapes:

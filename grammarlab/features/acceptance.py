@@ -137,6 +137,8 @@ def derive_accepted(
     lots: Lots,
     assets: AssetFolder | None = None,
     enough_tries: int = MAX_USUAL_TRIES,
+    *,
+    leaves: bool = True,
 ) -> Accepted:
     """Accepted models of lots.
 
@@ -146,13 +148,14 @@ def derive_accepted(
         lots: the lots.
         assets: meshes and images.
         enough_tries: largest number of candidates of one model; 20 times as many if all have probability 0.
+        leaves: whether to record leaves, see `derive`.
 
     Raises:
         GrammarlabError: If all candidates of a model have probability 0.
     """
     if acceptance is None or not len(lots):
-        return Accepted.all_of(derive(program, lots, assets=assets))
-    search = _AcceptingSearch(program, acceptance, lots, assets, enough_tries)
+        return Accepted.all_of(derive(program, lots, assets=assets, leaves=leaves))
+    search = _AcceptingSearch(program, acceptance, lots, assets, enough_tries, leaves)
     return search.run()
 
 
@@ -203,10 +206,16 @@ def _distinct(items: Iterable) -> tuple[tuple, NDArray[np.int64]]:
 
 class _AcceptingSearch:
     def __init__(
-        self, program: Program, acceptance: Acceptance, lots: Lots, assets: AssetFolder | None, enough_tries: int
+        self,
+        program: Program,
+        acceptance: Acceptance,
+        lots: Lots,
+        assets: AssetFolder | None,
+        enough_tries: int,
+        leaves: bool,
     ) -> None:
         self.program, self.acceptance, self.lots, self.assets = program, acceptance, lots, assets
-        self.enough_tries = enough_tries
+        self.enough_tries, self.leaves = enough_tries, leaves
         self.tries = np.zeros(len(lots), dtype=np.int64)
         self.chunks: list[tuple[Ints, Forest]] = []
         """Models, and their candidates that were kept."""
@@ -272,7 +281,7 @@ class _AcceptingSearch:
         lots = self.lots.take(np.tile(models, num))
         numbers = np.repeat(np.arange(first, first + num), len(models))
         done = 0
-        for forest in derive_chunks(self.program, _candidates(lots, numbers), assets=self.assets):
+        for forest in derive_chunks(self.program, _candidates(lots, numbers), assets=self.assets, leaves=self.leaves):
             yield forest, np.arange(done, done + forest.num_models)
             done += forest.num_models
 
@@ -299,7 +308,7 @@ class _AcceptingSearch:
         if len(models):
             self.tries[models] = tries
             lots = _candidates(self.lots.take(models), self.best[1, models].astype(np.int64))
-            self.chunks.append((models, derive(self.program, lots, assets=self.assets)))
+            self.chunks.append((models, derive(self.program, lots, assets=self.assets, leaves=self.leaves)))
 
 
 def _candidates(lots: Lots, numbers: Ints) -> Lots:

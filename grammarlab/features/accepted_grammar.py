@@ -52,18 +52,19 @@ class AcceptedGrammar:
         """The assets; each is read once for all derivations."""
         return None if self.assets is None else AssetFolder(self.assets)
 
-    def derive(self, lots: Lots, program: Program | None = None) -> Accepted:
+    def derive(self, lots: Lots, program: Program | None = None, *, leaves: bool = True) -> Accepted:
         """Accepted models of lots.
 
         Args:
             lots: the lots.
             program: another program of the same grammar, such as that of its proposal.
+            leaves: whether to record leaves, see `grammarlab.derivation.derive.derive`.
         """
         if self.acceptance is None:
-            return Accepted.all_of(derive(program or self.program, lots, assets=self.folder))
+            return Accepted.all_of(derive(program or self.program, lots, assets=self.folder, leaves=leaves))
         from grammarlab.features.acceptance import derive_accepted  # noqa: PLC0415  # few grammars have a rule
 
-        return derive_accepted(program or self.program, self.acceptance, lots, self.folder)
+        return derive_accepted(program or self.program, self.acceptance, lots, self.folder, leaves=leaves)
 
     def asset_names(self) -> Iterable[str]:
         """All texts of the grammar, which may name files of the asset folder."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -59,6 +59,13 @@ def assert_same_trees(engine: Tree, oracle: Tree, exact_draws: bool = True) -> N
     assert sorted(engine.reports) == sorted(oracle.reports)
     for place, values in engine.reports.items():
         np.testing.assert_allclose(sorted(values), sorted(oracle.reports[place]), rtol=1e-9, atol=1e-9)
+
+
+def assert_same_records(one: Forest, other: Forest) -> None:
+    """Two forests have the same nodes, draws and reports, to the last bit."""
+    for first, second in ((one.nodes, other.nodes), (one.draws, other.draws), (one.reports, other.reports)):
+        for column in fields(first):
+            np.testing.assert_array_equal(getattr(first, column.name), getattr(second, column.name), column.name)
 
 
 def assert_same_shapes(found: list[tuple[tuple, Faces]], expected: list[tuple[tuple, Faces]], where: str) -> None:

@@ -86,8 +86,8 @@ class Target:
 
     @cached_property
     def first_look(self) -> Forest:
-        """A few models of the grammar, to estimate counts of successors and the size of models."""
-        return derive(self.grammar, MAX_EXAMINED_MODELS, 0, assets=self.folder)
+        """A few models of the grammar, without leaves, to estimate counts of successors and the size of models."""
+        return derive(self.grammar, MAX_EXAMINED_MODELS, 0, assets=self.folder, leaves=False)
 
     @property
     def chunk(self) -> int:

@@ -51,7 +51,7 @@ def draw(
     most_proposals: int = MAX_PROPOSALS,
     on_progress: Progress = silent,
 ) -> Drawn[K]:
-    """Independent models of a target density.
+    """Independent models of a target density, without leaves.
 
     Args:
         target: the density; its base is the grammar.
@@ -68,7 +68,7 @@ def draw(
     program = compile_grammar(target.grammar if exact is None else exact.grammar)
 
     def propose(first: int, number: int) -> Candidates:
-        forest = derive(program, number, seed, first_model=first, assets=target.folder)
+        forest = derive(program, number, seed, first_model=first, assets=target.folder, leaves=False)
         forest = forest if exact is None else exact.as_original(forest)
         return Candidates(forest, count(forest, target.features))
 

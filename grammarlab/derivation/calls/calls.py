@@ -72,6 +72,10 @@ class BoundCall(NamedTuple):
     """[N] the same shapes at the beginning of the rule, block or bracket around the operation."""
     workspace: Workspace
     location: Location
+    has_index: bool = True
+    """Whether anything may read the indices of its parts, if it has parts."""
+    bare: tuple[bool, ...] = ()
+    """Whether nothing reads the geometry of the shapes of each part, so that they need none."""
 
     @property
     def words(self) -> tuple[str, ...]:

@@ -35,6 +35,16 @@ BUILTINS = {
 }
 """Every built-in function by name."""
 
+GEOMETRY_FREE = frozenset().union(
+    number_functions.BUILTINS,
+    text_functions.BUILTINS,
+    array_functions.BUILTINS,
+    array_editing.BUILTINS,
+    file_texts.BUILTINS,
+    color_functions.BUILTINS,
+)
+"""Functions whose values depend on their arguments and on random keys, not on the geometry or material of shapes."""
+
 CONTEXT_QUERIES = frozenset(context_queries.BUILTINS)
 """Functions for which a grammar is derived twice."""
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from functools import cached_property
+from itertools import repeat
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -319,7 +320,11 @@ def comp(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     if kind not in _MAKERS:
         raise call.error(f"comp expects f, e, v, fe or fv, found {kind or 'something else'}")
     components = _components(call, kind)
-    return [_part(call, components, chosen, head) for head, chosen in _selections(call, components, heads)]
+    selections = _selections(call, components, heads)
+    return [
+        _bare_part(call, components, chosen, head) if is_bare else _part(call, components, chosen, head)
+        for (head, chosen), is_bare in zip(selections, call.bare or repeat(False), strict=False)
+    ]
 
 
 class SelectedComponents(NamedTuple):
@@ -427,6 +432,15 @@ def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: H
     return BoundPart(_indexed(call, parts, placed.row, head), components.index[chosen[placed.first]])
 
 
+def _bare_part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: Head) -> BoundPart:
+    """The shapes of a part without geometry."""
+    if head.joined or head.connected:
+        part = _part(call, components, chosen, head)
+        return part._replace(shapes=part.shapes.bare())
+    row = components.row[chosen]
+    return BoundPart(_indexed(call, call.shapes.bare_parts(row), row, head), components.index[chosen])
+
+
 def _with_planes(call: BoundCall, parts: Shapes, row: Rows, index: Rows, join: Join) -> Shapes:
     """Components with the trim planes of their faces; edges, corners and joined faces have none."""
     if TRIM not in parts.state:
@@ -440,7 +454,7 @@ def _with_planes(call: BoundCall, parts: Shapes, row: Rows, index: Rows, join: J
 def _indexed(call: BoundCall, parts: Shapes, row: Rows, head: Head) -> Shapes:
     """Components with their index, total and selector, if the grammar reads them."""
     names = call.workspace.state_names & {"comp.index", "comp.total", "comp.sel"}
-    if not names:
+    if not names or not call.has_index:
         return parts
     counts = np.bincount(row, minlength=call.shapes.num)
     first = np.cumsum(counts) - counts

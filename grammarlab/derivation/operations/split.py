@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import groupby
+from itertools import groupby, repeat
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,6 @@ from grammarlab.derivation.state.box_orders import kinds
 from grammarlab.derivation.state.corner_maps import own_maps, without_face_maps
 from grammarlab.derivation.state.mesh_table import add_faces, normalized, scaled, upright
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes, take_value
-from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
 
 Rows = NDArray[np.int64]
@@ -59,11 +58,10 @@ def split(call: BoundCall, heads: tuple[Head, ...]) -> list[BoundPart]:
     along = call.workspace.frames.axis(shapes.frame, axis)
     clipped = _needs_clipping(shapes.mesh, axis)
     general = clipped if clipped.any() else None
-    index_names = _asked_indices(call.workspace)
     row = in_a_row(length, elements)
     if row is None:
         pieces = pieces_of(call, length, elements)
-    elif general is None and not index_names and row.is_full:
+    elif general is None and not _asked_indices(call) and not any(call.bare) and row.is_full:
         return _slabs(call, axis, row, along)
     else:
         pieces = row.pieces()
@@ -100,9 +98,12 @@ def cut_in_slabs(call: BoundCall, axis: int, pieces: Sequence[SplitPieces]) -> l
 def _cut(
     call: BoundCall, axis: int, pieces: Sequence[SplitPieces], along: Floats, general: NDArray[np.bool_] | None
 ) -> list[BoundPart]:
-    index_names = _asked_indices(call.workspace)
+    index_names = _asked_indices(call)
     numbers = _numbered(pieces, call.shapes, is_wanted=bool(index_names))
-    parts = [_part(call, axis, piece, along, general) for piece in pieces]
+    parts = [
+        call.shapes.bare_parts(piece.row) if is_bare else _part(call, axis, piece, along, general)
+        for piece, is_bare in zip(pieces, call.bare or repeat(False), strict=False)
+    ]
     if index_names:
         parts = _indexed(parts, pieces, numbers, call.shapes.num, index_names)
     return [BoundPart(part, number) for part, number in zip(parts, numbers, strict=True)]
@@ -141,7 +142,7 @@ def _split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Boun
     length = coordinate.extent * unit_length
     elements = elements_of(call, heads, length)
     pieces = pieces_of(call, length, elements)
-    index_names = _asked_indices(call.workspace)
+    index_names = _asked_indices(call)
     numbers = _numbered(pieces, call.shapes, is_wanted=bool(index_names))
     parts = [_texture_part(call, coordinate, unit_length, piece) for piece in pieces]
     if index_names:
@@ -180,9 +181,9 @@ def pieces_of(call: BoundCall, length: Floats, elements: Sequence[Element]) -> l
     return divide(length, elements, lambda count: call.workspace.expanded(count, call.shapes.num, call.location))
 
 
-def _asked_indices(workspace: Workspace) -> frozenset[str]:
-    """Those of ``split.index`` and ``split.total`` that the grammar reads."""
-    return workspace.state_names & _INDICES
+def _asked_indices(call: BoundCall) -> frozenset[str]:
+    """Those of ``split.index`` and ``split.total`` that are read of its parts."""
+    return call.workspace.state_names & _INDICES if call.has_index else frozenset()
 
 
 def _numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:

@@ -38,7 +38,7 @@ class Recorder:
             has_leaves: whether the leaves of the models are recorded.
         """
         self._id_type = id_type
-        self._has_leaves = has_leaves
+        self.has_leaves = has_leaves
         self.lineage = lineage
         self._roots = np.zeros(0, dtype=np.int32)
         self.num_nodes = 0
@@ -97,19 +97,19 @@ class Recorder:
 
     def add_leaves(self, shapes: Shapes) -> None:
         """Record the geometry of finished shapes."""
-        if self._has_leaves:
+        if self.has_leaves:
             self._leaves.append(shapes)
 
     def leaves_apart(self, derive: Callable[[], None]) -> list[Shapes]:
         """Shapes that a part of a derivation finishes; they are not leaves of the models."""
         outside, self._leaves = self._leaves, []
         fruitful, self._fruitful = self._fruitful, None
-        has_leaves, self._has_leaves = self._has_leaves, True
+        has_leaves, self.has_leaves = self.has_leaves, True
         try:
             derive()
             return self._leaves
         finally:
-            self._leaves, self._fruitful, self._has_leaves = outside, fruitful, has_leaves
+            self._leaves, self._fruitful, self.has_leaves = outside, fruitful, has_leaves
 
     def finished(self) -> Iterator[Shapes]:
         """The finished shapes."""

@@ -33,8 +33,15 @@ CHILD_LANE, BLOCK_LANE, SITE_LANE, NUM_LANES = 0, 1, 2, 3
 """Keys below one key: words ``NUM_LANES * i + lane`` for the i-th successor, block and random expression."""
 
 
+_NO_VECTORS = np.zeros((0, 3))
+_NO_IDS = np.zeros(0, dtype=np.int32)
+
+
 class Shapes(NamedTuple):
-    """N shapes to which the same operations are applied."""
+    """N shapes to which the same operations are applied.
+
+    Shapes whose geometry nothing reads may be bare: position, size, frame, pivot, mesh and material are then empty.
+    """
 
     node: Ids
     """[N] row in the forest of the shape whose rule is being applied; ascending."""
@@ -99,6 +106,27 @@ class Shapes(NamedTuple):
             locals=parameters,
         )
 
+    def bare(self) -> Shapes:
+        """The same shapes without geometry and material."""
+        node, model, key, *_, state, parameters = self
+        return Shapes(
+            node=node,
+            model=model,
+            key=key,
+            position=_NO_VECTORS,
+            size=_NO_VECTORS,
+            frame=_NO_IDS,
+            pivot=_NO_IDS,
+            mesh=_NO_IDS,
+            material=_NO_IDS,
+            state=state,
+            locals=parameters,
+        )
+
+    def bare_parts(self, rows: NDArray[np.integer]) -> Shapes:
+        """Parts of the shapes at these rows, without geometry and material."""
+        return self.bare().parts(rows, _NO_VECTORS, _NO_VECTORS, _NO_IDS, _NO_IDS)
+
     def resized(self, size: Floats) -> Shapes:
         """The same shapes with scopes of another size."""
         return self.rescoped(self.position, size, self.frame, self.mesh)
@@ -109,6 +137,8 @@ class Shapes(NamedTuple):
 
     def take(self, rows: NDArray[np.integer]) -> Shapes:
         """The shapes at these rows, in any order, repeats allowed."""
+        if not len(self.mesh):
+            return self.bare_parts(rows)
         return self.parts(
             rows,
             self.position.take(rows, axis=0),
@@ -126,9 +156,9 @@ class Shapes(NamedTuple):
             position=position,
             size=size,
             frame=frame,
-            pivot=self.pivot.take(rows),
+            pivot=self.pivot.take(rows) if len(self.pivot) else _NO_IDS,
             mesh=mesh,
-            material=self.material.take(rows),
+            material=self.material.take(rows) if len(self.material) else _NO_IDS,
             state={name: take_value(value, rows) for name, value in self.state.items()} if self.state else self.state,
             locals=tuple([take_value(value, rows) for value in self.locals]) if self.locals else (),
         )

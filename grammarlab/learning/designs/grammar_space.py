@@ -130,7 +130,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return flattened(self.grammar)
 
     def make(self, addresses: Sequence[Address]) -> Forest:
-        return without_geometry(self.derive(addresses))
+        return without_geometry(self.derive(addresses, leaves=False))
 
     def sample(self, flat: bool, num: int, seed: int, first: int = 0) -> Iterator[Forest]:
         program = self.proposal.program if flat else self.program
@@ -140,7 +140,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             return
         for start in range(first, first + num, _BATCH_MODELS):
             lots = Lots.of(min(_BATCH_MODELS, first + num - start), seed, first_model=start)
-            yield without_geometry(self._accepted.derive(lots, program).forest)
+            yield without_geometry(self._accepted.derive(lots, program, leaves=False).forest)
 
     def log_ratio(self, designs: Forest) -> Floats:
         return self.proposal.log_ratio(designs) + self._log_ratio_of_rates
@@ -151,7 +151,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         if self.acceptance is None:
             return 0.0
         proposal_rate, grammar_rate = (
-            np.mean(self.acceptance.probabilities(derive(program, RATE_MODELS, 0, assets=self.folder)))
+            np.mean(self.acceptance.probabilities(derive(program, RATE_MODELS, 0, assets=self.folder, leaves=False)))
             for program in (self.proposal.program, self.program)
         )
         return float(np.log(proposal_rate) - np.log(grammar_rate)) if min(proposal_rate, grammar_rate) > 0.0 else 0.0
@@ -225,13 +225,19 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         """The assets; each is read once for all derivations."""
         return self._accepted.folder
 
-    def derive(self, addresses: Sequence[Address]) -> Forest:
-        """Models by ascending address, with their geometry."""
+    def derive(self, addresses: Sequence[Address], *, leaves: bool = True) -> Forest:
+        """Models by ascending address.
+
+        Args:
+            addresses: their addresses.
+            leaves: whether to record leaves, see `grammarlab.derivation.derive.derive`.
+        """
         plain, flat = ([address for address in addresses if address.flat == kind] for kind in (False, True))
         parts = [(self.program, plain)]
         if flat:
             parts.append((self.proposal.program, flat))
-        return join_forests([self._accepted.derive(self._lots(part), program).forest for program, part in parts])
+        accepted = [self._accepted.derive(self._lots(part), program, leaves=leaves) for program, part in parts]
+        return join_forests([models.forest for models in accepted])
 
     def _lots(self, addresses: Sequence[Address]) -> Lots:
         """Lots in the order of the addresses."""

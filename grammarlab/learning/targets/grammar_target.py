@@ -57,7 +57,7 @@ class GrammarWriter(AbstractTargetWriter[Forest]):
         on_progress: Progress = silent,
     ) -> LearnedDensity[Forest]:
         space, seed, method = self.space, study.pool.seed, self.method(making.method)
-        forest = derive(space.program, MAX_EXAMINED_MODELS, seed, assets=space.folder)
+        forest = derive(space.program, MAX_EXAMINED_MODELS, seed, assets=space.folder, leaves=False)
         predicted = predict(study, state)
         target = Target(space.grammar, (), _alike, making.base, assets=space.assets)
         columns = GrammarColumns.of(space, study, state, predicted, Exactness(space.grammar, forest))
@@ -127,7 +127,7 @@ def _liked(space: GrammarSpace, state: State) -> Forest | None:
         for design, score in zip(answers.designs, answers.scores.tolist(), strict=True):
             liked[design] = liked.get(design, True) and score >= low > 0.0
     designs = sorted(design for design, is_liked in liked.items() if is_liked)[:_MAX_LIKED]
-    return space.derive(designs) if designs else None
+    return space.make(designs) if designs else None
 
 
 def _alike(values: Floats) -> Floats:

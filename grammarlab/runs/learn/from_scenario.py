@@ -130,7 +130,7 @@ def learned_of(
     scenario, space = source.scenario, source.grammar_space
     scenario.check(space)
     grammar, assets = space.grammar, space.assets
-    forest = derive(grammar, MAX_EXAMINED_MODELS, scenario.seed, assets=assets)
+    forest = derive(grammar, MAX_EXAMINED_MODELS, scenario.seed, assets=assets, leaves=False)
     target = Target.of_score(grammar, scenario.score, scenario.base, assets)
     lines = _lines(source)
     begun = perf_counter()

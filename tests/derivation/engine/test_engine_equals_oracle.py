@@ -10,7 +10,7 @@ from grammarlab.derivation import derive
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from tests.cases import bulk
-from tests.oracle.comparison import assert_same_trees, tree_of_model, trees_of_forest
+from tests.oracle.comparison import assert_same_records, assert_same_trees, tree_of_model, trees_of_forest
 from tests.oracle.interpreter import interpret
 from tests.oracle.shape import Mesh
 from tests.oracle.strategies import rule_files
@@ -48,6 +48,7 @@ def test_random_grammars_derive_as_the_oracle_says(text):
     for index, tree in enumerate(trees_of_forest(forest)):
         model = interpret(grammar, 11, index, footprint=(8.0, 6.0))
         assert_same_trees(tree, tree_of_model(model, grammar), exact_draws=False)
+    assert_same_records(forest, derive(grammar, 3, 11, footprint=(8.0, 6.0), leaves=False))
 
 
 @pytest.mark.parametrize(
