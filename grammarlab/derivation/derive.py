@@ -52,6 +52,8 @@ _FLAT_SHARE = 1e-9
 NODES_PER_CHUNK = 1_000_000
 """Approximate number of nodes that `derive_chunks` holds at once, a budget: some 120 MB. With fewer, the calls per rule
 take half of the time where rules are many and models large."""
+_BARE_NODES = 2
+"""Number of nodes without leaves that take at most the memory of one with its leaves."""
 _FIRST_CHUNK = 32
 """Number of models of the first chunk, whose nodes determine the size of the others."""
 
@@ -212,7 +214,7 @@ def derive_chunks(
         grammar: the grammar, see `derive`.
         num_models: number of models of a seed, or lots.
         seed: 0 <= seed < 2**64, with a number of models.
-        nodes_per_chunk: approximate number of nodes per forest; at least one model.
+        nodes_per_chunk: approximate number of nodes per forest, without leaves twice as many; at least one model.
         assets: folder of meshes and images; all chunks share the cached files.
         budget: bounds on the size of one model.
         leaves: whether to record leaves, see `derive`.
@@ -221,6 +223,7 @@ def derive_chunks(
     lots = _lots(num_models, seed, options)
     program = grammar if isinstance(grammar, Program) else compile_grammar(grammar)
     folder = _folder(assets, grammar)
+    nodes_per_chunk *= 1 if leaves else _BARE_NODES
     done, size = 0, min(_FIRST_CHUNK, len(lots))
     while done < len(lots):
         rows = np.arange(done, done + size)

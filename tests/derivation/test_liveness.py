@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from grammarlab.derivation import derive
+from grammarlab.derivation.derive import derive_chunks
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
 from tests.derivation.engine.test_every_feature import SEQUENCES
@@ -88,3 +89,15 @@ def test_errors_of_operations_that_are_carried_out_are_raised():
         derive(Grammar.parse("Lot --> roofHip(30, 1, 3) comp(f) { all : A }"), 1, 1, leaves=False)
     forest = derive(Grammar.parse("Lot --> roofHip(30, 1, 3) A"), 2, 1, leaves=False)
     assert forest.nodes.model.tolist() == [0, 1, 0, 1]
+
+
+def test_chunks_without_leaves_have_twice_as_many_nodes():
+    grammar = Grammar.parse("Lot --> split(x) { 5 : A. }*")
+    sizes = [
+        [
+            forest.num_models
+            for forest in derive_chunks(grammar, 72, 1, footprint=(20.0, 5.0), nodes_per_chunk=50, leaves=leaves)
+        ]
+        for leaves in (True, False)
+    ]
+    assert sizes == [[32, 10, 10, 10, 10], [32, 20, 20]]
