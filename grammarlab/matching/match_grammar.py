@@ -8,6 +8,7 @@ their kinds, under the points of all elements.
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Sequence
 
 import numpy as np
 import shapely
@@ -16,13 +17,13 @@ from shapely.geometry.polygon import orient
 
 from grammarlab.arrays import Floats
 from grammarlab.facade.grammar.rule_text import RuleNames, front_of_box, leaf_body, number, rule_name
-from grammarlab.facade.looks import THICKNESS
+from grammarlab.facade.looks import THICKNESS, look_of
 from grammarlab.facade.reading.annotation import annotate
 from grammarlab.facade.reading.assembling import LARGEST, Assembled, assemble
 from grammarlab.language.formatting import format_grammar
 from grammarlab.language.grammar import Grammar
 from grammarlab.matching.match import SURE, Match, drawn_parameters
-from grammarlab.matching.template import HEIGHT, WIDTH, Template, points_along
+from grammarlab.matching.template import ARC_PIECES, HEIGHT, WIDTH, Template, points_along
 
 _MAX_SIDE_PIXELS = 2400
 """Largest side, pixels."""
@@ -80,6 +81,10 @@ _NUM_SDS = 2.0
 """Half width of a random range, in standard deviations."""
 _MIN_GAP_M = 0.02
 """Least distance between elements, metres."""
+_BAR_WIDTH_M, _BAR_DEPTH_M = 0.06, 0.1
+"""Width and depth of the bars along wires, metres: those of usual window frames."""
+_DIGITS = 6
+"""Decimal digits of factors and of lengths in metres."""
 
 
 def completed(match: Match) -> Assembled | None:
@@ -121,6 +126,8 @@ def write_terminals(match: Match) -> str | None:
     if not rows:
         return None
     names, attributes, lines = RuleNames(), {}, ['version "2023.0"']
+    for name in ("Bar", "ArcBar", "Arc", "Chord", "Beam", "Pane", "Wall"):
+        names.new(name)
     rules = [names.new(rule_name(match.name_of(kind))) for kind in range(len(match.values))]
     for kind in range(len(match.values)):
         for index, parameter in enumerate(match.template_of(kind).parameters):
@@ -158,9 +165,63 @@ def write_terminals(match: Match) -> str | None:
     for kind, rule in enumerate(rules):
         attribute = attributes[_key(match, kind, HEIGHT)]
         lines.append(f"{rule} --> split(y) {{ ~1 : Wall | {attribute} : {rule}Terminal | ~1 : Wall }}")
-        lines.append(f"{rule}Terminal --> {leaf_body('window')}")
-    lines.append(f"Wall --> {leaf_body('wall')}")
+        template = match.template_of(kind)
+        values = [attributes[_key(match, kind, index)] for index in range(len(template.parameters))]
+        pane = f"[ {leaf_body(_thing(template))} Pane. ]"
+        lines.append(f"{rule}Terminal --> {pane} {wire_bars(template, values)} NIL")
+    has_arcs = any("ArcBar(" in line for line in lines)
+    rules_of_bars = [rule for rule in bar_rules() if has_arcs or rule.startswith(("Bar", "Beam"))]
+    lines += [f"Wall --> {leaf_body('wall')}", *rules_of_bars]
     return format_grammar(Grammar.parse("\n".join(lines)))
+
+
+def bar_rules() -> tuple[str, ...]:
+    """Rules of a straight bar, and of an arc of straight ones; lengths in metres, angles in degrees.
+
+    Bars lie in the plane of the wall, from one point to another. An arc rises to the right of the line between them.
+    """
+    place = f"t(x, y, {number(look_of('window').front, 3)}) r(0, 0, atan2(dy, dx))"
+    width, depth = number(_BAR_WIDTH_M, 3), number(_BAR_DEPTH_M, 3)
+    distance = "sqrt(dx * dx + dy * dy)"
+    starts = [2.0 * part / ARC_PIECES - 1.0 for part in range(ARC_PIECES)]
+    chords = " ".join(f"[ Chord(0.5 * length / sin(half), half, {start:g} * half) ]" for start in starts)
+    to_start = "t(radius * (sin(half) + sin(angle)), radius * (cos(half) - cos(angle)), 0)"
+    turn = f"r(0, 0, angle + half / {ARC_PIECES})"
+    look = f'color("{look_of("sill").color}") primitiveCube()'
+    return (
+        f"Bar(x, y, dx, dy) --> {place} Beam({distance})",
+        f"ArcBar(x, y, dx, dy, rise) --> {place} Arc({distance}, 2 * atan2(2 * rise, {distance}))",
+        f"Arc(length, half) --> {chords} NIL",
+        f"Chord(radius, half, angle) --> {to_start} {turn} Beam(2 * radius * sin(half / {ARC_PIECES}))",
+        f"Beam(length) --> t(0, {number(-0.5 * _BAR_WIDTH_M, 3)}, 0) s(length, {width}, {depth}) {look}",
+    )
+
+
+def wire_bars(template: Template, parameters: Sequence[str]) -> str:
+    """CGA that draws the wires of a template as bars along them; it calls the rules of `bar_rules`.
+
+    Args:
+        template: the template.
+        parameters: [D] attributes or numbers with the values of its parameters.
+    """
+    bars = []
+    for start_x, start_y, end_x, end_y, rise in template.wires:
+        terms = [start_x, start_y, end_x - start_x, end_y - start_y]
+        rule = "ArcBar" if np.abs(rise).max() > 0.0 else "Bar"
+        values = ", ".join(_linear(form, parameters) for form in (*terms, *([rise] if rule == "ArcBar" else [])))
+        bars.append(f"[ {rule}({values}) ]")
+    return " ".join(bars)
+
+
+def _linear(form: Floats, parameters: Sequence[str]) -> str:
+    """CGA of a linear form [1 + D]: a constant, and a factor of each parameter."""
+    text = number(float(form[0]), _DIGITS)
+    terms = [] if text == "0" else [text]
+    for factor, name in zip(form[1:].tolist(), parameters, strict=True):
+        text = number(factor, _DIGITS)
+        if text != "0":
+            terms.append({"1": name, "-1": f"-{name}"}.get(text, f"{text} * {name}"))
+    return " + ".join(terms).replace("+ -", "- ") or "0"
 
 
 def _thing(template: Template) -> str:
