@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import jax.numpy as jnp
@@ -22,7 +22,7 @@ from grammarlab.matching.corrections import (
 )
 from grammarlab.matching.elements import Clouds, Elements, clouds_of, too_poor
 from grammarlab.matching.evidence_maps import Maps, maps_of
-from grammarlab.matching.fit import fit_all
+from grammarlab.matching.fit import Fits, fit_all
 from grammarlab.matching.match import Clock, Match
 from grammarlab.matching.match_assembly import TemplateGroup, assemble
 from grammarlab.matching.particles import (
@@ -66,7 +66,7 @@ def couple(elements: Elements, templates: Sequence[Template], seed: int, correct
     if not len(indices):
         return assemble(elements, [], reasons, clock.seconds)
     clouds = clouds_of(elements, indices)
-    fits = fit_all(clouds, stack(templates))
+    fits = _fits(elements, clouds, templates)
     costs = with_templates(description(clouds, templates, fits), indices, templates, corrections)
     used = used_templates(costs)
     odds = _odds(costs[:, [*used.tolist(), -1]])
@@ -106,6 +106,58 @@ def couple(elements: Elements, templates: Sequence[Template], seed: int, correct
         )
     clock.lap("kinds")
     return assemble(elements, parts, reasons, clock.seconds)
+
+
+def _fits(elements: Elements, clouds: Clouds, templates: Sequence[Template]) -> Fits:
+    """Fits of single elements; those unlike their row are fitted again, from the parameters of the others.
+
+    A fit from usual proportions may stop at a nearby optimum, such as a transom at the upper side, and an element that
+    is partly hidden does so more often.
+    """
+    stacked = stack(templates)
+    fits = fit_all(clouds, stacked)
+    costs = description(clouds, templates, fits)[:, :-1]
+    best = costs.argmin(axis=1)
+    unlike = unlike_row(elements.row[clouds.element], best)
+    if stacked.usual.shape[1] == 2 or not len(unlike):
+        return fits
+    usual, is_known = stacked.usual.copy(), np.zeros(len(templates), dtype=bool)
+    for template in np.unique(np.delete(best, unlike)).tolist():
+        members = np.setdiff1d(np.flatnonzero(best == template), unlike)
+        usual[template] = np.median(fits.parameters[members, template], axis=0)
+        is_known[template] = True
+    some = clouds_of(elements, clouds.element[unlike])
+    best_fits = fits.subset(unlike)
+    for corner in (0.0, -1.0):
+        again = fit_all(some, replace(stacked, usual=usual, guess=np.where(is_known, corner, 1.0)))
+        best_fits = _better(some, templates, best_fits, again)
+    return Fits(**{field.name: _with_rows(fits, best_fits, field.name, unlike) for field in fields(Fits)})
+
+
+def _better(clouds: Clouds, templates: Sequence[Template], first: Fits, second: Fits) -> Fits:
+    """Of two fits of each template to each element, those of the shorter description."""
+    lengths = [description(clouds, templates, fits)[:, :-1] for fits in (first, second)]
+    better = lengths[1] < lengths[0]
+    columns = {}
+    for field in fields(Fits):
+        before, after = getattr(first, field.name), getattr(second, field.name)
+        columns[field.name] = np.where(better.reshape(*better.shape, *(1,) * (before.ndim - 2)), after, before)
+    return Fits(**columns)
+
+
+def _with_rows(fits: Fits, other: Fits, name: str, rows: Ints) -> Floats:
+    """A column of some fits, with other rows at some indices."""
+    column = getattr(fits, name).copy()
+    column[rows] = getattr(other, name)
+    return column
+
+
+def unlike_row(row: Ints, template: Ints) -> Ints:
+    """Indices of the elements whose template [N] is not the most frequent one of their row."""
+    usual = template.copy()
+    for each in np.unique(row).tolist():
+        usual[row == each] = np.bincount(template[row == each]).argmax()
+    return np.flatnonzero(template != usual)
 
 
 def _odds(costs: Floats) -> Floats:

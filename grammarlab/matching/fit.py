@@ -75,7 +75,7 @@ def fit_all(clouds: Clouds, stack: Stack) -> Fits:
     groups = _by_size(stack.num_pieces)
     results = []
     for most, indices in groups:
-        columns = (stack.pieces[:, :most], stack.usual, stack.low, stack.high, stack.limits, stack.used)
+        columns = (stack.pieces[:, :most], stack.usual, stack.low, stack.high, stack.limits, stack.used, stack.guess)
         templates = tuple(jnp.asarray(column[indices], jnp.float32) for column in columns)
         fits = [_fit(_elements(clouds, batch), templates) for batch in batches]
         results.append([np.concatenate(column, dtype=np.float64) for column in zip(*fits, strict=True)])
@@ -176,8 +176,9 @@ def _fit_one(
     high: Array,
     limits: Array,
     used: Array,
+    guess: Array,
 ) -> tuple[Array, ...]:
-    begin = _begin(reach, usual, low, high)
+    begin = first_guess(reach, usual, low, high, guess)
     extent = (reach[1] - reach[0]).max()
     free = jnp.concatenate([jnp.ones(2), used])
     # Weak regularisation towards the initial state fixes parameters that no point determines.
@@ -233,11 +234,14 @@ def _fit_one(
     return state[:2], state[2:], covariance, noise, cost, inside, jnp.stack([angle, cut]), hidden, distance
 
 
-def _begin(reach: Array, usual: Array, low: Array, high: Array) -> Array:
-    """[2 + D] a template of the size of the visible points, with the usual proportions of its other parameters."""
+def first_guess(reach: Array, usual: Array, low: Array, high: Array, guess: Array) -> Array:
+    """[2 + D] a template of the size of the visible points with usual proportions, or with usual values."""
     size = jnp.clip(reach[1] - reach[0], low[:2], high[:2])
-    further = jnp.clip(usual[2:] * size.min() / usual[:2].min(), low[2:], high[2:])
-    return jnp.concatenate([reach[0], size, further])
+    growth = jnp.where(guess > 0.0, size.min() / usual[:2].min(), 1.0)
+    further = jnp.clip(usual[2:] * growth, low[2:], high[2:])
+    size = jnp.where(guess > 0.0, size, usual[:2])
+    corner = jnp.where(guess < 0.0, reach[1] - size, reach[0])
+    return jnp.concatenate([corner, size, further])
 
 
 def _nearest_piece(segments: Array, points: Array) -> Array:

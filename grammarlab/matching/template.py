@@ -67,6 +67,9 @@ class Stack:
     """[T, C, 1 + D] limits; padded with limits that always hold."""
     used: Floats
     """[T, D] 1 for the parameters of a template."""
+    guess: Floats
+    """[T] first guess: 1 for the size of the visible points with usual proportions, 0 for the usual values from their
+    lower left corner, -1 for these from the upper right corner."""
     num_pieces: Ints
     """[T] number of pieces of a template, rounded up; further pieces have length 0."""
 
@@ -88,7 +91,16 @@ def stack(templates: Sequence[Template]) -> Stack:
         usual[index, :count], low[index, :count], high[index, :count] = template.usual, template.low, template.high
         limits[index, : len(template.limits), : 1 + count] = template.limits
         used[index, :count] = 1.0
-    return Stack(pieces=stacked, usual=usual, low=low, high=high, limits=limits, used=used, num_pieces=num_pieces)
+    return Stack(
+        pieces=stacked,
+        usual=usual,
+        low=low,
+        high=high,
+        limits=limits,
+        used=used,
+        guess=np.ones(num),
+        num_pieces=num_pieces,
+    )
 
 
 def points_along(template: Template, parameters: Floats) -> Floats:
