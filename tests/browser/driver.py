@@ -14,6 +14,8 @@ from playwright.sync_api import Locator, Page, expect
 
 TOKEN = "known-to-page-and-next-run"  # noqa: S105 - of servers that live for a test
 
+NUM_SHOWN = 32
+"""Number of models of a new session: those of two grids."""
 SETTLED = """
 () => Promise.allSettled(
   document.getAnimations().filter((each) => each instanceof CSSTransition).map((each) => each.finished)
@@ -27,7 +29,7 @@ def settle(page: Page) -> None:
 
 
 class Server:
-    """``grammarlab score`` in a process of its own."""
+    """``grammarlab score`` in a process of its own, with rough pictures (`tests.browser.rough`)."""
 
     def __init__(self, grammar: str, session: Path) -> None:
         self.grammar, self.session = grammar, session
@@ -36,12 +38,11 @@ class Server:
 
     def start(self, port: int = 0) -> Server:
         """Starts, and waits for the address."""
-        command = [str(Path(sys.executable).parent / "grammarlab"), *self.arguments()]
-        command += ["--no-browser", "--port", str(port)]
+        command = [sys.executable, "-m", "tests.browser.rough", *self.arguments(), "--no-browser", "--port", str(port)]
         with (self.session.parent / "log.txt").open("a") as log:
             self.process = subprocess.Popen(
                 command,
-                env=os.environ | {"GRAMMARLAB_TOKEN": TOKEN},
+                env=os.environ | {"GRAMMARLAB_TOKEN": TOKEN, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
                 stdout=subprocess.PIPE,
                 stderr=log,
                 text=True,
@@ -127,15 +128,18 @@ class ScoringPage:
         expect(self.page.locator(".gl-empty")).to_have_count(0)
 
     def forget(self) -> None:
-        """Takes all scores away and selects nothing."""
+        """Takes all scores away and selects nothing; models that an earlier test added below go, too."""
         self.cell(0).click()
         self.press("Control+a", "Delete", "Escape")
         self.expect_saved()
         expect(self.page.locator(".gl-cell .gl-score:not(:empty)")).to_have_count(0)
+        if self.cells.count() > NUM_SHOWN:
+            self.button("New models").click()
+            expect(self.cells).to_have_count(NUM_SHOWN)
 
     def update(self) -> None:
         """Learns from all scores now, and waits for the models that come then."""
         models = self.models()
         self.press("Control+Enter")
         expect(self.page.locator(f'.gl-cell[data-model="{models[0]}"]')).to_have_count(0)
-        expect(self.page.locator(".gl-busy")).to_be_hidden()
+        expect(self.page.locator(".gl-busy:visible")).to_have_count(0)

@@ -14,7 +14,7 @@ def test_an_update_can_be_cancelled_and_blocks_nothing(towers):
     towers.expect_saved()
     towers.press("Control+Enter")
     towers.button("Cancel").click()
-    expect(towers.page.locator(".gl-busy")).to_be_hidden()
+    expect(towers.page.locator(".gl-busy:visible")).to_have_count(0)
     expect(towers.page.get_by_text("the predictions do not know all of them yet")).to_be_visible()
 
 
