@@ -48,6 +48,8 @@ def read_mtl(content: bytes) -> dict[bytes, PartMaterial | None]:
 def _material(statements: dict[bytes, list[bytes]]) -> PartMaterial | None:
     texture = _image(statements.get(b"map_kd", []))
     color = statements.get(b"kd", _WHITE if texture else [])
+    if texture and all(_number(word, 1.0) == 0.0 for word in color[:3]):
+        color = _WHITE  # Maya writes black where the image has the colour; CityEngine reads it in this way, too.
     if b"d" in statements:
         opacity = statements[b"d"][-1:]
     else:

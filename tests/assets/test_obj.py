@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from grammarlab.assets import mesh_parts
 from grammarlab.assets.mesh_files import load_asset, without_neighbours
+from grammarlab.assets.mtl_reader import read_mtl
 from grammarlab.assets.obj_reader import read_obj
 from grammarlab.errors import AssetError
 from grammarlab.geometry.meshes.measure import face_areas
@@ -140,6 +141,20 @@ def test_each_color_of_a_library_is_a_part():
     parts = read_obj(b"mtllib some colors.mtl\n" + SQUARE + faces, {"some colors.mtl": library}.__getitem__)
     assert [part.color for part in parts] == [(1.0, 0.502, 0.0, 1.0), (0.0, 0.0, 1.0, 0.4), None]
     assert [len(part.triangles) for part in parts] == [1, 2, 1]
+
+
+@pytest.mark.parametrize(
+    ("kd", "color"),
+    [(b"0.00 0.00 0.00", (1.0, 1.0, 1.0)), (b"0.1 0 0", (0.1, 0.0, 0.0)), (b"0.5 0.25 0.25", (0.5, 0.25, 0.25))],
+)
+def test_a_black_color_beside_an_image_leaves_the_image_as_it_is(kd, color):
+    """Measured with CityEngine's runtime; without an image black is black."""
+    with_image = read_mtl(b"newmtl a\nKd " + kd + b"\nmap_Kd bricks.jpg")[b"a"]
+    without = read_mtl(b"newmtl a\nKd 0 0 0")[b"a"]
+    assert with_image is not None
+    assert without is not None
+    assert with_image.color[:3] == pytest.approx(color, abs=0.005)
+    assert without.color[:3] == (0.0, 0.0, 0.0)
 
 
 def test_faces_of_too_many_corners_are_refused(monkeypatch):
