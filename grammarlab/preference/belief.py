@@ -34,9 +34,9 @@ _MIN_ODDS = 3.0
 """Prior odds that nothing is explained, against a part that explains something, if there are many scores."""
 _ODDS_SCORES = 80.0
 """Number of scores times the prior odds, if there are few scores."""
-HELD_OUT_POWER = 0.5
-"""Power of the likelihood of held-out scores. Evidence predicts each score by those before it, half of the others on
-average, and so little by the first ones that a gain which grows with their number is half as large."""
+MISSES = (*NOISES, 36.0, 46.0)
+"""Standard deviations of what a process misses, in points: up to that of predictions of which every fifth is wrong by
+the whole scale, since a preference with few values jumps where a process does not."""
 _NUM_STARTS = 2
 """Number of starts of each search for kernels: with one, smooth preferences of many draws are missed."""
 
@@ -101,7 +101,7 @@ def process_gain(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flag
         prediction = process.predict(rows[out])
         means[out] = prediction.mean
         sds[out] = np.sqrt(np.maximum(prediction.std**2 - process.noise_variance, 0.0))
-    return HELD_OUT_POWER * gain_of(unexplained(scores, fold, grid_of(scores)), scores, fold, means, sds)
+    return gain_of(unexplained(scores, fold, grid_of(scores)), scores, fold, means, sds)
 
 
 def gain_of(flat: Unexplained, scores: Floats, fold: Ints, means: Floats, sds: Floats) -> float:
@@ -119,8 +119,8 @@ def gain_of(flat: Unexplained, scores: Floats, fold: Ints, means: Floats, sds: F
     away = (means[:, None] - expected_score(flat.grid, flat.person.noise, blunders=0.0)) ** 2
     # A common factor changes nothing, and keeps the largest of each row at 1.
     away -= away.min(axis=1, keepdims=True)
-    variances = sds**2 + np.array(NOISES)[:, None] ** 2
+    variances = sds**2 + np.array(MISSES)[:, None] ** 2
     tilted = values * np.exp(-0.5 * away / variances[:, :, None])
     predicted = (tilted * likelihoods).sum(axis=2) / tilted.sum(axis=2)
     gains = np.log(predicted / (values * likelihoods).sum(axis=1)).sum(axis=1)
-    return float(np.logaddexp.reduce(gains) - np.log(len(NOISES)))
+    return float(np.logaddexp.reduce(gains) - np.log(len(MISSES)))

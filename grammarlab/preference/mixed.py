@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.base import MANY_LABELS, MAX_SCORE, Rows
-from grammarlab.preference.belief import HELD_OUT_POWER, belief, believed
+from grammarlab.preference.belief import belief, believed
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
@@ -38,6 +38,9 @@ from grammarlab.preference.processes.label_kinds import (
 )
 from grammarlab.preference.processes.posterior import Hyperparameters
 from grammarlab.preference.unexplained import Unexplained, unexplained
+
+_HELD_OUT_POWER = 0.5
+"""Power of the likelihood of held-out labels: cells keep the structure that they found with these."""
 
 
 def fit(
@@ -193,8 +196,8 @@ def _judged(
     price = flat.person.price
     return _Judged(
         share=share,
-        process_gain=HELD_OUT_POWER * float(evidence[-2] - price - evidence[-1]),
-        cells_gain=HELD_OUT_POWER * float(evidence[0] - price - evidence[-1]),
+        process_gain=_HELD_OUT_POWER * float(evidence[-2] - price - evidence[-1]),
+        cells_gain=_HELD_OUT_POWER * float(evidence[0] - price - evidence[-1]),
         flat=flat,
         sketches=tuple(sketches),
     )

@@ -8,6 +8,7 @@ are equal up to a shift and a factor one is kept: an element of the language, or
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -119,20 +120,22 @@ def priced(blocks: Sequence[Block], num_productions: int) -> list[_Priced]:
 def collected(productions: Sequence[Sequence[_Priced]], num: int) -> Candidates:
     """The different columns of productions for ``num`` designs."""
     most = min(MAX_CANDIDATES, MAX_VALUES // max(num, 1))
-    forms, makers, prices = set[bytes](), list[Callable[[], Feature]](), list[float]()
+    place, makers, priors = dict[bytes, int](), list[Callable[[], Feature]](), list[float]()
     columns = np.empty((most, num))
     parts = [part for parts in productions for part in parts]
     for block, price in sorted(parts, key=lambda part: part.price if part.block.operators else 0.0):
         if len(makers) >= most:
             break
-        values = block.values()
+        values, prior = block.values(), math.exp(-price)
         for index, form in _forms(values):
-            if form not in forms and len(makers) < most:
-                forms.add(form)
-                columns[len(makers)] = values[:, index]
+            known = place.setdefault(form, len(makers))
+            if known < len(makers):
+                priors[known] += prior
+            elif known < most:
+                columns[known] = values[:, index]
                 makers.append(partial(block.formula, index))
-                prices.append(price)
-    return Candidates(tuple(makers), columns[: len(makers)].T, np.array(prices))
+                priors.append(prior)
+    return Candidates(tuple(makers), columns[: len(makers)].T, -np.log(np.array(priors)))
 
 
 def _forms(values: Floats) -> Iterator[tuple[int, bytes]]:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.belief import belief, believed, gain_of, process_gain
-from grammarlab.preference.person import NOISES, expected_score, log_likelihood
+from grammarlab.preference.belief import MISSES, belief, believed, gain_of, process_gain
+from grammarlab.preference.person import expected_score, log_likelihood
 from grammarlab.preference.unexplained import unexplained
 
 GRID = np.arange(0.0, 101.0, 5.0)
@@ -41,14 +41,14 @@ def test_a_gain_is_the_likelihood_of_tilted_distributions():
     means, sds = randomness.uniform(0.0, 100.0, 10), randomness.uniform(1.0, 20.0, 10)
     likelihoods = np.exp(log_likelihood(scores, GRID, *flat.person).astype(float))
     total = 0.0
-    for noise in NOISES:
+    for miss in MISSES:
         product = 1.0
         for i in range(10):
             before = flat.held_out[fold[i]]
             away = means[i] - expected_score(GRID, flat.person.noise, 0.0)
-            after = before * np.exp(-0.5 * away**2 / (sds[i] ** 2 + noise**2))
+            after = before * np.exp(-0.5 * away**2 / (sds[i] ** 2 + miss**2))
             product *= (after / after.sum()) @ likelihoods[i] / (before @ likelihoods[i])
-        total += product / len(NOISES)
+        total += product / len(MISSES)
     assert gain_of(flat, scores, fold, means, sds) == pytest.approx(np.log(total))
 
 

@@ -54,7 +54,22 @@ def test_prices_are_the_logs_of_a_prior(grammar):
     assert sum(block.size * np.exp(-price) for part in parts for block, price in part) <= 1.0
     kept = candidates(elements)
     assert np.exp(-kept.prices).sum() <= 1.0
-    assert (kept.prices > np.log(2.0 * len(PRODUCTIONS)) - 1e-9).all()
+    # What says the same has the prior of all of it.
+    priors = dict.fromkeys(forms(kept.values), 0.0)
+    for block, price in (each for part in parts for each in part):
+        for form in forms(block.values()):
+            priors[form] += np.exp(-price)
+    np.testing.assert_allclose(np.exp(-kept.prices), list(priors.values()))
+
+
+def forms(values):
+    """Columns that vary, without their shifts and factors."""
+    for column in values.T:
+        centred = column - column.mean()
+        size = np.abs(centred).max(initial=0.0)
+        if size > 1e-9 * max(1.0, np.abs(column).max(initial=0.0)):
+            scaled = np.round(centred / size, 7)
+            yield tuple((scaled * np.sign(scaled[np.flatnonzero(scaled)[0]]) + 0.0).tolist())
 
 
 @pytest.mark.parametrize("grammar", GRAMMARS)

@@ -72,6 +72,9 @@ class PartitionPreference(AbstractPreference):
     """The labels and the error model."""
     trees: tuple[Tree, ...]
     """Trees, most likely first."""
+    log_evidence: float
+    """Log of the evidence of the most likely tree and of other divisions of its nodes, with the prices of splits and of
+    blunders, in nats."""
     doubtful: tuple[Tree, ...]
     """Alternative trees, used only to choose questions."""
     priors: Floats | None = None
@@ -96,11 +99,6 @@ class PartitionPreference(AbstractPreference):
     def person(self) -> Person:
         """Both."""
         return Person(self.noise, self.blunders)
-
-    @property
-    def log_evidence(self) -> float:
-        """Log of the evidence of the most likely tree, with the prices of its splits and of blunders, in nats."""
-        return self.trees[0].log_posterior - self.person.price
 
     @cached_property
     def shares(self) -> Floats:
@@ -359,6 +357,7 @@ def fit(
         shares_of=sums,
         cells=cells,
         trees=tuple(trees),
+        log_evidence=growth.with_others(trees[0]) - cells.person.price,
         doubtful=tuple(doubtful),
         priors=likely,
         boxes=tuple(boxes),

@@ -48,8 +48,6 @@ def best_cuts(codes: Ints, terms: Floats, of_sums: Callable[[Floats], Floats]) -
     widths = codes.max(axis=1) + 1
     of_interval = _of_intervals(codes, widths, terms, of_sums)
     every, num_places = np.arange(len(codes)), np.maximum(widths - 1, 1)
-    # The whole is no division.
-    of_interval[every, 0, widths] = -np.inf
     price = np.log(num_places) + np.log(2.0)
     best = np.full((len(codes), int(widths.max()) + 1), -np.inf)
     previous = np.zeros(best.shape, dtype=np.int64)
@@ -60,6 +58,26 @@ def best_cuts(codes: Ints, terms: Floats, of_sums: Callable[[Floats], Floats]) -
         previous[:, end] = through.argmax(axis=1)
         best[:, end] = through[every, previous[:, end]] - price
     return Cuts(best[every, widths] - np.log1p(-(0.5**num_places)), widths, previous)
+
+
+def all_cuts(codes: Ints, terms: Floats, of_sums: Callable[[Floats], Floats], of_part: float) -> Floats:
+    """[K] log of the sum over all divisions by each of some columns, of what the best one of `Cuts` has.
+
+    Args:
+        codes: [K, m] bin of each label by each column, ascending by value, from 0; no bin is empty.
+        terms: [m, W] terms of the labels.
+        of_sums: log-evidence [...] of parts from the sums [..., W] of their terms.
+        of_part: log-prior of each part.
+    """
+    widths = codes.max(axis=1) + 1
+    of_interval = _of_intervals(codes, widths, terms, of_sums) + of_part
+    every, num_places = np.arange(len(codes)), np.maximum(widths - 1, 1)
+    price = np.log(num_places) + np.log(2.0)
+    total = np.full((len(codes), int(widths.max()) + 1), -np.inf)
+    total[:, 0] = price
+    for end in range(1, total.shape[1]):
+        total[:, end] = np.logaddexp.reduce(total[:, :end] + of_interval[:, :end, end], axis=1) - price
+    return total[every, widths] - np.log1p(-(0.5**num_places))
 
 
 def price_of_bounds(num: int, num_places: int) -> float:
@@ -80,7 +98,8 @@ def price_of_bounds(num: int, num_places: int) -> float:
 def _of_intervals(codes: Ints, widths: Ints, terms: Floats, of_sums: Callable[[Floats], Floats]) -> Floats:
     """[K, bins + 1, bins + 1] evidence of the bins of a column from one on and before another, at their indices.
 
-    Those of all columns are found together, since there are few of each.
+    Those of all columns are found together, since there are few of each. All bins together are no division, and have
+    none.
     """
     num, most = len(codes), int(widths.max())
     offsets = np.cumsum(widths) - widths
@@ -93,6 +112,7 @@ def _of_intervals(codes: Ints, widths: Ints, terms: Floats, of_sums: Callable[[F
     low, high = (np.concatenate(ends) for ends in zip(*intervals, strict=True))
     found = np.full((num, most + 1, most + 1), -np.inf)
     found[column, low, high] = of_sums(below[offsets[column] + high] - below[offsets[column] + low])
+    found[np.arange(num), 0, widths] = -np.inf
     return found
 
 

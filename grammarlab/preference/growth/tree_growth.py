@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.growth.cuts import Cuts, best_cuts, price_of_bounds
+from grammarlab.preference.growth.cuts import Cuts, all_cuts, best_cuts, price_of_bounds
 from grammarlab.preference.growth.node_bins import node_bins
 from grammarlab.preference.growth.part_evidence import Evidence
 from grammarlab.preference.growth.screening import gains
@@ -179,6 +179,36 @@ class TreeGrowth:
         """
         return self._drawn(self.every, 0, doubt, randomness)
 
+    def with_others(self, tree: Tree, depth: int = 0) -> float:
+        """Log of the evidence of a branch together with its node as a cell, and all other divisions of its nodes.
+
+        Many divisions explain scores about as well as the best one, so the best one alone understates what is
+        explained. Other divisions are single cuts into cells; further trees, which can only add to these, are left out.
+        """
+        return float(np.logaddexp(self._leaf(tree.labels, depth).log_posterior, self.divided(tree, depth)))
+
+    def divided(self, tree: Tree, depth: int = 0) -> float:
+        """The same without the node as a cell; minus infinity if no division is worth its price."""
+        beside = self._single_cuts(tree.labels, depth)
+        if tree.split is None:
+            return beside
+        parts = [part for _, part in tree.parts]
+        prior = tree.log_posterior - sum(part.log_posterior for part in parts)
+        grown = prior + sum(self.with_others(part, depth + 1) for part in parts)
+        cut = prior + sum(self._leaf(part.labels, depth + 1).log_posterior for part in parts)
+        # The cut itself is one of those beside.
+        more = grown + np.log1p(-np.exp(cut - grown)) if cut < grown else -np.inf
+        return float(np.logaddexp(beside, more))
+
+    def _single_cuts(self, labels: Ints, depth: int) -> float:
+        """Log of the evidence of all divisions of a node by one cut into cells."""
+        if self._worth_dividing(labels, depth) is None:
+            return -np.inf
+        columns = self._screened(labels)[:_NUM_EXACT]
+        codes = self._codes(columns, labels)
+        totals = all_cuts(codes, self.evidence.terms[labels], self.evidence.of_sums, _log_leaf(depth + 1))
+        return _log_dividing(depth) + float(np.logaddexp.reduce(totals - self.columns.prices[columns]))
+
     def _grown(self, labels: Ints, depth: int, patience: float) -> Tree:
         key = labels.tobytes(), depth, int(patience)
         if key not in self._grown_cache:
@@ -287,9 +317,13 @@ class TreeGrowth:
 
     def _cut(self, columns: Ints, labels: Ints) -> _Ranked:
         """The best cut of a node by each of some columns [K]."""
-        codes = node_bins(self.columns.values[np.ix_(labels, columns)], self.evidence.scores[labels], _NUM_BINS)
+        codes = self._codes(columns, labels)
         cuts = best_cuts(codes, self.evidence.terms[labels], self.evidence.of_sums)
         return _Ranked(cuts.log_evidence - self.columns.prices[columns], columns, codes, cuts)
+
+    def _codes(self, columns: Ints, labels: Ints) -> Ints:
+        """[K, c] bins of the labels of a node by columns [K]."""
+        return node_bins(self.columns.values[np.ix_(labels, columns)], self.evidence.scores[labels], _NUM_BINS)
 
     def _split(self, labels: Ints, ranked: _Ranked, index: int) -> tuple[Split, float]:
         """A split by one of the ranked cuts, its bounds moved to the best places near by, and its log-prior."""

@@ -13,12 +13,12 @@ from grammarlab.preference.person import Person
 
 
 def gain(columns: SplitColumns, trees: Others, scores: Floats, person: Person, nothing: float) -> float:
-    """What the best of some trees explains beyond any distribution of scores, less its description, in nats.
+    """What trees explain beyond any distribution of scores, less their description, in nats.
 
-    Trees are pruned to what the judge believes (`grammarlab.preference.judge.leaf_evidence`); minus infinity if nothing
-    is left of them. With even odds, scores that nothing explains have any distribution
-    (`grammarlab.preference.judge.unexplained_scores`), or values have one and the person errs. The first alone would
-    be a straw man for scores of which noise makes many 0.
+    The best of some trees is pruned to what the judge believes (`grammarlab.preference.judge.leaf_evidence`), and
+    counts with other divisions of its nodes; minus infinity if no division is worth its price. With even odds, scores
+    that nothing explains have any distribution (`grammarlab.preference.judge.unexplained_scores`), or values have one
+    and the person errs. The first alone would be a straw man for scores of which noise makes many 0.
 
     Args:
         columns: what the scores may be split by.
@@ -29,18 +29,16 @@ def gain(columns: SplitColumns, trees: Others, scores: Floats, person: Person, n
             (`grammarlab.preference.unexplained`).
     """
     evidence = LeafEvidence.of(scores, person)
-    best = _pruned(columns, trees, evidence)
+    best, total = _pruned(columns, trees, evidence)
     likely = most_likely(evidence, [list(best.cells())], [0.0])
-    total = best.log_posterior - person.price
     if likely != person:
-        other = _pruned(columns, trees, evidence.for_person(likely))
-        if other.log_posterior - likely.price > total:
-            best, total = other, other.log_posterior - likely.price
-    if best.split is None:
-        return -np.inf
+        total = max(total, _pruned(columns, trees, evidence.for_person(likely))[1])
     of_scores = evidence.of_any(np.arange(len(scores)))
     return float(total - (np.logaddexp(of_scores, nothing) - np.log(2.0)))
 
 
-def _pruned(columns: SplitColumns, trees: Others, evidence: LeafEvidence) -> Tree:
-    return TreeGrowth(columns, evidence).replanted(trees)[0]
+def _pruned(columns: SplitColumns, trees: Others, evidence: LeafEvidence) -> tuple[Tree, float]:
+    """The best tree, and the evidence of it and of other divisions, less the price of the person, in nats."""
+    growth = TreeGrowth(columns, evidence)
+    best = growth.replanted(trees)[0]
+    return best, growth.divided(best) - evidence.person.price

@@ -1,11 +1,11 @@
-"""Bins, divisions and screening: the best divisions by brute force, at the price of their description."""
+"""Bins, divisions and screening: the best divisions and the sum of all by brute force, at their prices."""
 
 from itertools import combinations, pairwise
 
 import numpy as np
 import pytest
 
-from grammarlab.preference.growth.cuts import best_cuts
+from grammarlab.preference.growth.cuts import all_cuts, best_cuts
 from grammarlab.preference.growth.ranks import binned, ranks_of
 from grammarlab.preference.growth.screening import explained
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
@@ -29,7 +29,7 @@ def test_bins_keep_the_order_of_values_and_equal_values_together():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_the_best_division_of_a_column_is_that_of_brute_force(seed):
+def test_the_best_division_of_a_column_and_the_sum_of_all_are_those_of_brute_force(seed):
     randomness = np.random.default_rng(seed)
     column = randomness.integers(0, 6, 14)
     scores = np.where(
@@ -39,7 +39,7 @@ def test_the_best_division_of_a_column_is_that_of_brute_force(seed):
     codes = ranks_of(column[chosen, None].astype(np.float64))
     found = best_cuts(codes, evidence.terms[chosen], evidence.of_sums)
     present = np.unique(column[chosen])
-    best = -np.inf
+    best, every = -np.inf, list[float]()
     for number in range(1, len(present)):
         for bounds in combinations(range(1, len(present)), number):
             part = np.searchsorted(present[list(bounds)], column[chosen], side="right")
@@ -48,6 +48,10 @@ def test_the_best_division_of_a_column_is_that_of_brute_force(seed):
             # The number of bounds is geometric, and there are at most as many as places.
             price = number * np.log(2.0 * places) + np.log(sum(0.5**count for count in range(1, places + 1)))
             best = max(best, total - price)
+            every.append(total - price - 0.7 * (number + 1))
+    assert all_cuts(codes, evidence.terms[chosen], evidence.of_sums, -0.7)[0] == pytest.approx(
+        np.logaddexp.reduce(every)
+    )
     assert found.log_evidence[0] == pytest.approx(best)
     part_of = np.searchsorted(np.array(found.first(0)), codes[0], side="right")
     assert set(part_of) == set(range(len(found.first(0)) + 1))

@@ -9,7 +9,14 @@ from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.growth.cuts import price_of_bounds
 from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.growth.splits import Names, Split, Value
-from grammarlab.preference.growth.tree_growth import Others, Tree, TreeGrowth, loosened, posterior_shares
+from grammarlab.preference.growth.tree_growth import (
+    Others,
+    Tree,
+    TreeGrowth,
+    loosened,
+    posterior_shares,
+    undivided,
+)
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.person import Person
 
@@ -76,24 +83,39 @@ def of_leaves(scores):
 
 @pytest.mark.parametrize("evidence_of", [of_cells, of_leaves])
 @pytest.mark.parametrize("seed", range(3))
-def test_the_best_tree_is_the_best_of_all(seed, evidence_of):
+def test_the_best_tree_is_the_best_of_all_and_has_a_part_of_their_evidence(seed, evidence_of):
     rows = np.array(list(itertools.product([0.0, 1.0], repeat=3)) * 3)
     liked = [(rows[:, 0] > 0) & (rows[:, 1] > 0), rows[:, 0] != rows[:, 2], rows.sum(axis=1) > 2.0][seed]
     scores = np.where(liked, 80.0, 0.0)
     columns = SplitColumns.of(rows, np.arange(3), np.zeros(3, dtype=bool), scores)
     evidence = evidence_of(scores)
-    found = TreeGrowth(columns, evidence).trees()[0]
+    growth = TreeGrowth(columns, evidence)
+    found, every = growth.trees()[0], np.arange(24)
 
-    def best(labels, depth):
-        dividing = 0.9 / np.sqrt(1.0 + depth)
-        values = [evidence.of_labels(labels) + np.log1p(-dividing)]
+    def leaf(labels, depth):
+        return evidence.of_labels(labels) + np.log1p(-0.9 / np.sqrt(1.0 + depth))
+
+    def total(labels, depth, of_all, of_part):
+        values = [leaf(labels, depth)]
         for column in range(3):
             sides = [labels[rows[labels, column] == value] for value in (0.0, 1.0)]
             if all(len(side) for side in sides):
-                values.append(np.log(dividing / 3.0) + sum(best(side, depth + 1) for side in sides))
-        return max(values)
+                parts = sum(of_part(side, depth + 1) for side in sides)
+                values.append(np.log(0.9 / np.sqrt(1.0 + depth) / 3.0) + parts)
+        return of_all(values)
 
-    assert found.log_posterior == pytest.approx(best(np.arange(24), 0), abs=1e-3)
+    def best(labels, depth):
+        return total(labels, depth, max, best)
+
+    def of_all_trees(labels, depth):
+        return total(labels, depth, np.logaddexp.reduce, of_all_trees)
+
+    assert found.log_posterior == pytest.approx(best(every, 0), abs=1e-3)
+    # The best tree and single cuts beside its nodes are some of all trees; beside a cell they are all cuts.
+    assert found.log_posterior < growth.with_others(found) < of_all_trees(every, 0) + 1e-3
+    single_cuts = total(every, 0, np.logaddexp.reduce, leaf)
+    assert growth.with_others(undivided(every, evidence)) == pytest.approx(single_cuts, abs=1e-3)
+    assert np.logaddexp(growth.divided(found), leaf(every, 0)) == pytest.approx(growth.with_others(found))
 
 
 @pytest.mark.parametrize("root", range(3))

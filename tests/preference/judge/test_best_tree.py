@@ -48,7 +48,7 @@ def test_the_gain_of_trees_is_what_they_explain_beyond_any_distribution():
 
     assert gain_of(scores) > 50.0
     assert gain_of(randomness.permutation(scores)) < 1.0
-    assert gain_of(scores, price=9.0) == pytest.approx(gain_of(scores, price=8.0) - 1.0)
-    assert gain_of(np.full(96, 30.0)) == -np.inf
+    assert gain_of(scores, price=9.0) == pytest.approx(gain_of(scores, price=8.0) - 1.0, abs=0.01)
+    assert gain_of(np.full(96, 30.0)) < -5.0
     # One distribution of values is as good a rival as any distribution of scores.
     assert gain_of(scores, nothing=-160.0) - gain_of(scores, nothing=-150.0) == pytest.approx(10.0, abs=0.1)
