@@ -43,7 +43,7 @@ export function makeLearning(page) {
     busy.progress(state.updating);
     line.draw();
     hint.textContent = hintOf(state);
-    why.hidden = state.relevance.length === 0;
+    why.hidden = state.relevance.length + state.words.length === 0;
     words.replaceChildren(...state.words.map((line) => element("p", {}, line)));
     contrasts.update(state);
     relevance.replaceChildren(...state.relevance.map(relevanceLine));

@@ -108,6 +108,7 @@ export function makeResults(page) {
   /** @param {HTMLButtonElement} button @param {() => Promise<void>} work */
   async function busyWith(button, work) {
     button.disabled = true;
+    busy.progress({ stage: "starting", done: 0, total: 0 });
     button.classList.add("gl-working");
     try {
       await work();

@@ -21,9 +21,9 @@ def _sentence(preference: BlendedPreference) -> str:
     if preference.unexplained == 0.0:
         return ""
     if preference.unexplained == 1.0:
-        state = "No pattern yet: the original is kept"
-    else:
-        state = f"Not enough yet: {preference.unexplained:.0%} of the original is kept"
+        # Whatever was found is not believed, so its share would contradict this.
+        return "No pattern yet: the original is kept."
+    state = f"Not enough yet: {preference.unexplained:.0%} of the original is kept"
     if not preference.sketches:
         return f"{state}."
     return f"{state} (what was found explains {preference.explained_variance:.0%} of held-out scores)."

@@ -104,11 +104,10 @@ class _Maker:
             pool=replace(self.pool, wide=request.wide),
             on_progress=report,
         )
-        learned = result.learned
+        learned, density = result.learned, result.density
         rules = learned.rules_before, learned.rules_after
-        return LearnedFile(
-            self.learned.name, learned.text, result.density.measured.after.js, *rules, tuple(learned.findings)
-        )
+        notes = (*density.predicted.words.knowledge, *learned.findings)
+        return LearnedFile(self.learned.name, learned.text, density.measured.after.js, *rules, notes)
 
     def _sheet(self, request: DrawSheet, report: Report) -> bytes:
         file = self.learned

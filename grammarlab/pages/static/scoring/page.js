@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source f83371336127e080 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 16e78ac821465d97 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -1268,7 +1268,7 @@ function makeLearning(page) {
     busy.progress(state.updating);
     line.draw();
     hint.textContent = hintOf(state);
-    why.hidden = state.relevance.length === 0;
+    why.hidden = state.relevance.length + state.words.length === 0;
     words.replaceChildren(...state.words.map((line2) => element("p", {}, line2)));
     contrasts.update(state);
     relevance.replaceChildren(...state.relevance.map(relevanceLine));
@@ -2025,6 +2025,7 @@ function makeResults(page) {
   const hints = (notes = []) => notes.map((note) => element("p", { class: "gl-hint" }, `Note: ${note}`));
   async function busyWith(button, work) {
     button.disabled = true;
+    busy.progress({ stage: "starting", done: 0, total: 0 });
     button.classList.add("gl-working");
     try {
       await work();
