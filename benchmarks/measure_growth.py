@@ -69,10 +69,10 @@ def of_text(text: str, num_models: int, storeys: int | None = None) -> Callable[
     return lambda: derive(program, num_models, 1, footprint=lot, attributes=attributes)
 
 
-def of_shipped(name: str, num_models: int) -> Callable[[], Forest]:
+def of_shipped(name: str, num_models: int, *, leaves: bool = True) -> Callable[[], Forest]:
     """Derivations of a shipped grammar whose assets are read once."""
     program, assets = compile_grammar(load(_GRAMMARS / f"{name}.cga")), AssetFolder(_GRAMMARS / "assets")
-    return lambda: derive(program, num_models, 1, assets=assets)
+    return lambda: derive(program, num_models, 1, assets=assets, leaves=leaves)
 
 
 def of_pool(name: str) -> dict[str, float]:
@@ -97,6 +97,7 @@ def measured() -> dict[str, float]:
         cases |= {
             f"{name}, batch of {number:,}": (of_shipped(name, number), number) for number in (1, 64, 1000, 10_000)
         }
+    cases["building, batch of 1,000, no leaves"] = (of_shipped("building", 1000, leaves=False), 1000)
     result = {name: 1e3 * cpu_seconds(job) / number for name, (job, number) in cases.items()}
     dressed = of_text(DRESSED, 16)
     result["4,700 leaves of few meshes, batch of 16, triangles"] = (

@@ -115,8 +115,9 @@ class _Compilation:
         self._nodes = [node for inside in self._numbering.nodes for node in inside]
         self._rules = {key: number for number, key in enumerate(grammar.rules)}
         self._drawing_functions = self._functions_with(_is_random)
-        self._printing_functions = self._functions_with(_prints)
-        self._invoked = {key: frozenset(_invoked(walk(rule.body))) for key, rule in grammar.rules.items()}
+        self._acting_functions = self._drawing_functions | self._functions_with(_prints)
+        self._rule_nodes = {key: list(walk(rule.body)) for key, rule in grammar.rules.items()}
+        self._invoked = {key: frozenset(_invoked(nodes)) for key, nodes in self._rule_nodes.items()}
         self._drawing_rules = self._rules_that_draw()
         self._names = Names(
             frozenset(grammar.attributes),
@@ -125,8 +126,7 @@ class _Compilation:
             any(makes_arrays(node) for node in self._nodes),
         )
         symbols = {name: number for number, name in enumerate(self._numbering.symbols)}
-        rule_nodes = {key: list(walk(rule.body)) for key, rule in grammar.rules.items()}
-        self._has_trim_planes = _has_trim_planes(rule_nodes, self._invoked)
+        self._has_trim_planes = _has_trim_planes(self._rule_nodes, self._invoked)
         calls = {key: self._invoked[key] & self._rules.keys() for key in self._rules}
         liveness = Liveness.of(grammar, calls, self._acts, self._has_trim_planes)
         self._successors = Successors(symbols, self._rules, self._draws, liveness)
@@ -229,8 +229,7 @@ class _Compilation:
     def _acts(self, node: Node) -> bool:
         """Whether evaluating a part of the tree may draw or print."""
         return any(
-            _is_random(inner) or _prints(inner) or _called(inner) in self._drawing_functions | self._printing_functions
-            for inner in walk(node)
+            _is_random(inner) or _prints(inner) or _called(inner) in self._acting_functions for inner in walk(node)
         )
 
     def _functions_with(self, has: Callable[[Node], bool]) -> frozenset[SymbolKey]:
@@ -243,7 +242,11 @@ class _Compilation:
         return _spread({key for key, nodes in inside.items() if any(map(has, nodes))}, calls)
 
     def _rules_that_draw(self) -> frozenset[SymbolKey]:
-        drawing = {key for key, rule in self._grammar.rules.items() if self._draws_itself(rule.body, *rule.variables)}
+        drawing = {
+            key
+            for key, rule in self._grammar.rules.items()
+            if self._draw_themselves(self._rule_nodes[key]) or self._draws_itself(*rule.variables)
+        }
         return _spread(drawing, self._invoked)
 
     def _state_names(self) -> frozenset[str]:

@@ -61,7 +61,8 @@ class FrameTable:
     def __init__(self) -> None:
         self._bases = np.eye(3)[None].repeat(16, axis=0)
         self._used = 1
-        self._has_mirrored = False
+        self.has_mirrored = False
+        """Whether a base may be left-handed."""
         self._axes: dict[tuple[int, int], Floats] = {}
         self._listed = [np.empty((0, 3))] * 3
         self._num_asked = 0
@@ -96,7 +97,7 @@ class FrameTable:
         """
         if rotations.ndim == 2:
             turn = int(cube_indices(rotations[None])[0])
-            self._has_mirrored = self._has_mirrored or bool(np.linalg.det(rotations) < 0.0)
+            self.has_mirrored = self.has_mirrored or bool(np.linalg.det(rotations) < 0.0)
             if turn >= 0:
                 return self.turned(frames, turn)
             different = distinct(frames, 24 * self._used).astype(np.int32)
@@ -142,10 +143,9 @@ class FrameTable:
 
     def are_left_handed(self, frames: Ids) -> NDArray[np.bool_]:
         """[N] whether frames have a left-handed base."""
-        base = frames // 24
-        if not self._has_mirrored:
-            return np.zeros(len(base), dtype=bool)
-        return np.linalg.det(self._bases[: self._used])[base] < 0.0
+        if not self.has_mirrored:
+            return np.zeros(len(frames), dtype=bool)
+        return np.linalg.det(self._bases[: self._used])[frames // 24] < 0.0
 
     def rotations(self, frames: Ids) -> Floats:
         """[N, 3, 3] rotations of frames; columns are the scope's axes in the world."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import Flag, auto
+from typing import TypeAlias
 
 from grammarlab.derivation.functions import BUILTINS, GEOMETRY_FREE, SHAPE_ATTRIBUTES
 from grammarlab.derivation.functions.street_sides import OLDER_SELECTORS
@@ -46,26 +46,20 @@ from grammarlab.language.syntax.syntax_tree import (
     walk,
 )
 
-
-class Properties(Flag):
-    """Properties of shapes that operations change and expressions read."""
-
-    NONE = 0
-    FORM = auto()
-    """Size of the scope, and the geometry within it."""
-    PLACE = auto()
-    """Position and axes of the scope and of the pivot, and texture coordinates, which move with them. What reads these
-    also reads the form."""
-    MATERIAL = auto()
-    INDEX = auto()
-    """Index among the parts of the last split or ``comp``. No operation but these changes it, and no leaf shows it, so
-    that it is live whether or not leaves are recorded."""
-    SHOWN = FORM | PLACE | MATERIAL
-    """Everything that leaves show."""
-
-
-NONE, SHOWN, INDEX = Properties.NONE, Properties.SHOWN, Properties.INDEX
-_FORM, _PLACE, _MATERIAL = Properties.FORM, Properties.PLACE, Properties.MATERIAL
+Properties: TypeAlias = int
+"""Set of properties of shapes that operations change and expressions read, one bit each."""
+NONE: Properties = 0
+_FORM: Properties = 1
+"""Size of the scope, and the geometry within it."""
+_PLACE: Properties = 2
+"""Position and axes of the scope and of the pivot, and texture coordinates, which move with them. What reads these also
+reads the form."""
+_MATERIAL: Properties = 4
+INDEX: Properties = 8
+"""Index among the parts of the last split or ``comp``. No operation but these changes it, and no leaf shows it, so that
+it is live whether or not leaves are recorded."""
+SHOWN: Properties = _FORM | _PLACE | _MATERIAL
+"""Everything that leaves show."""
 
 _CHANGES: dict[str, Properties] = {
     **dict.fromkeys(("center", "r", "t", *TEXTURING), _PLACE),
@@ -190,7 +184,7 @@ class Liveness:
         if not isinstance(item, Invoke) or item.name not in OPERATIONS:
             return False
         if item.name in _ACTING:
-            return self._sets_material(item) and not live & _MATERIAL
+            return not live & _MATERIAL and self._sets_material(item)
         return not live & _CHANGES.get(item.name, SHOWN)
 
     def _read_by_dead(self, item: Item) -> Properties:

@@ -73,8 +73,10 @@ def _flattened(call: BoundCall, axis: int) -> BoundCall:
     shapes = call.shapes
     size = shapes.size
     for kind, across in ((FOOTPRINT, 1), (FACE, 2)):
+        if across == axis:
+            continue
         rises = (shapes.mesh == kind) & (size[:, across] != 0.0)
-        if across != axis and rises.any():
+        if rises.any():
             size = size.copy()
             size[rises, across] = 0.0
     return call if size is shapes.size else call._replace(shapes=shapes.resized(size))

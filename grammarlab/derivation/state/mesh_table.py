@@ -208,6 +208,8 @@ def mirrored(shapes: Shapes, chosen: NDArray[np.bool_], table: MeshTable, frames
 
 def right_handed(shapes: Shapes, table: MeshTable, frames: FrameTable) -> Shapes:
     """The same shapes in right-handed scopes: left-handed ones, which ``mirrorScope`` makes, get a reversed x axis."""
+    if not frames.has_mirrored:
+        return shapes
     rows = np.flatnonzero(frames.are_left_handed(shapes.frame))
     if len(rows) == 0:
         return shapes

@@ -375,7 +375,11 @@ def children(node: Node) -> list[Node]:
     """Children of a node, in the order of its fields."""
     nodes: list[Node] = []
     for name in _field_names(type(node)):
-        _gather(getattr(node, name), nodes)
+        value = getattr(node, name)
+        if isinstance(value, Node):
+            nodes.append(value)
+        elif value:
+            _gather(value, nodes)
     return nodes
 
 
@@ -405,7 +409,12 @@ def _is_trim_switch(node: Numbered) -> bool:
 
 @cache
 def _field_names(kind: type[Any]) -> tuple[str, ...]:
-    return tuple(field.name for field in fields(kind) if field.name not in ("location", "number"))
+    """Fields that may contain nodes; annotations are texts in this file."""
+    return tuple(
+        field.name
+        for field in fields(kind)
+        if field.name not in ("location", "number") and field.type not in ("str", "float", "bool")
+    )
 
 
 def _gather(value: object, nodes: list[Node]) -> None:
