@@ -16,7 +16,7 @@ from grammarlab.synthesis.analysis.wall_openings import openings_of, tilt_of
 from grammarlab.synthesis.analysis.walls import BEFORE, BEHIND, PIXELS, Wall, walls_of
 from grammarlab.synthesis.label_grid import LabelGrid
 from grammarlab.synthesis.mesh.bending import Bend, bend_of
-from grammarlab.synthesis.mesh.building_files import ExampleMesh
+from grammarlab.synthesis.mesh.building_files import ExampleMesh, without_sheets
 from grammarlab.synthesis.mesh.surface import Surface
 from grammarlab.synthesis.mesh.views import FRONT, SIDES, VIEWS, Z_UP, rotation, seen_from, turn_to_walls
 
@@ -146,7 +146,7 @@ class Example:
 
 
 def analyse(mesh: ExampleMesh, up: str = "") -> Example:
-    """Walls, units and labels of a building.
+    """Walls, units and labels of a building; ground planes and backdrops are left out.
 
     Args:
         mesh: the building.
@@ -155,12 +155,12 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
     Raises:
         FacadeError: If no wall has elements.
     """
+    mesh, notes = without_sheets(mesh)
     buildings = {"y": _upright_building(mesh, np.eye(3))} if up != "z" else {}
     if up != "y":
         buildings["z"] = _upright_building(mesh, Z_UP)
-    notes: tuple[str, ...] = ()
     if len(buildings) == 2 and buildings["z"].num_elements > buildings["y"].num_elements:
-        up, notes = "z", ("z is taken as the up axis, since walls have more units then",)
+        up, notes = "z", (*notes, "z is taken as the up axis, since walls have more units then")
     example = _analysed(mesh, buildings[up or "y"])
     if not example.regions:
         large = float(np.ptp(example.surface.points, axis=0).max())

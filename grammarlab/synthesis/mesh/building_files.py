@@ -12,8 +12,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import shapely
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.assets.mesh_files import NeighbourFiles, read_parts
 from grammarlab.assets.mesh_parts import MeshPart, joined
 from grammarlab.errors import AssetError, FacadeError
@@ -33,6 +36,12 @@ _MAX_SIZE_M, _MIN_SIZE_M = 5_000.0, 0.01
 """Least and largest length of the longest side of a building, metres."""
 _TOLERANCE = 1e-6
 """Largest distance of equal points, as a fraction of the longest side."""
+_FLAT = 1e-4
+"""Largest thickness of a flat piece, as a fraction of its length."""
+_SHEET_RATIO = 2.0
+"""Least area of a ground plane or backdrop, as a multiple of that of the rest; roofs that jut out have less."""
+_SHEET_EXTENT = 0.5
+"""Least diagonal of such a sheet, as a fraction of that of all: it is larger than the rest."""
 _GREY = (0.7, 0.7, 0.68, 1.0)
 """Color of parts without a material."""
 
@@ -97,6 +106,63 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     planes = patches_of(surface.points, surface.triangles, surface.material)
     has_materials = any(part.color for part in parts)
     return ExampleMesh(surface, origin, tuple(colors), has_materials, num, np.stack([patch, planes]))
+
+
+def without_sheets(mesh: ExampleMesh) -> tuple[ExampleMesh, tuple[str, ...]]:
+    """A building without ground planes and backdrops, and a note about each.
+
+    Such a sheet is flat, touches nothing, has all else on one side of it, and reaches beyond all of that on all sides,
+    over at least twice its area.
+    """
+    surface = mesh.surface
+    num = len(surface.points)
+    edges = surface.triangles[:, [0, 1, 1, 2]].reshape(-1, 2)
+    links = csr_matrix((np.ones(len(edges), dtype=bool), edges.T), shape=(num, num))
+    num_pieces, of_point = connected_components(links, directed=False)
+    low, high = np.full((num_pieces, 3), np.inf), np.full((num_pieces, 3), -np.inf)
+    np.minimum.at(low, of_point, surface.points)
+    np.maximum.at(high, of_point, surface.points)
+    extent = np.linalg.norm(high - low, axis=1)
+    whole = float(np.linalg.norm(np.ptp(surface.points, axis=0)))
+    of_triangle = of_point[surface.triangles[:, 0]]
+    sheets = {}
+    for piece in np.flatnonzero(extent >= _SHEET_EXTENT * whole).tolist():
+        points = surface.part(of_triangle == piece).points
+        if (axes := _flat_axes(points)) is not None:
+            sheets[piece] = points, axes
+    rest = surface.part(~np.isin(of_triangle, list(sheets))).points
+    sizes = {piece: _sheet_size(points, axes, rest) for piece, (points, axes) in sheets.items()} if len(rest) else {}
+    large = {piece: size for piece, size in sizes.items() if size is not None}
+    is_sheet = np.isin(of_triangle, list(large))
+    notes = [
+        f"a flat sheet of {length:.3g} x {width:.3g} m, such as a ground plane, is left out"
+        for length, width in large.values()
+    ]
+    if not notes:
+        return mesh, ()
+    return replace(mesh, surface=surface.part(~is_sheet), patches=mesh.patches[:, ~is_sheet]), tuple(notes)
+
+
+def _flat_axes(points: Floats) -> Floats | None:
+    """[3, 3] axes of a flat piece, the normal last; None for points [P, 3] that are not flat."""
+    if len(points) < 3:
+        return None
+    _, spread, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    flat = _FLAT * float(spread[0])
+    return axes if spread[2] <= flat < spread[1] else None
+
+
+def _sheet_size(sheet: Floats, axes: Floats, rest: Floats) -> tuple[float, float] | None:
+    """Length and width of a flat piece [P, 3] that is a ground plane or a backdrop of the rest [Q, 3], or None."""
+    seen, other = sheet @ axes.T, rest @ axes.T
+    flat = _FLAT * float(np.ptp(seen, axis=0).max())
+    is_beside = other[:, 2].min() >= seen[:, 2].max() - flat or other[:, 2].max() <= seen[:, 2].min() + flat
+    area, other_area = (shapely.convex_hull(shapely.MultiPoint(points[:, :2])) for points in (seen, other))
+    if not is_beside or area.area < _SHEET_RATIO * other_area.area or not area.contains(other_area):
+        return None
+    corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(area))
+    width, length = sorted(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist())
+    return length, width
 
 
 def write_glb(surface: Surface, colors: Sequence[Color], path: Path) -> Path:

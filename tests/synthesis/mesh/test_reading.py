@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from grammarlab.errors import FacadeError
-from grammarlab.synthesis.mesh.building_files import FORMATS, read_mesh
+from grammarlab.synthesis.mesh.building_files import FORMATS, read_mesh, without_sheets
 from tests.assets.documents import BOX, BOX_TRIANGLES, Document
 from tests.assets.mutants import mutants
+from tests.synthesis.houses import house
 
 
 @pytest.mark.parametrize(
@@ -75,3 +76,32 @@ def test_pipes_and_large_files_are_refused_without_reading_them(suffix: str, tmp
         read_mesh(large)
     with pytest.raises(FacadeError, match="found a pipe or a device"):
         read_mesh(pipe)
+
+
+def with_sheets(path: Path, *corners: list[list[float]]) -> Path:
+    """A file with further rectangles, which touch nothing."""
+    text = path.read_text()
+    num = sum(line.startswith("v ") for line in text.splitlines())
+    for rectangle in corners:
+        text += "".join(f"v {x} {y} {z}\n" for x, y, z in rectangle) + f"f {num + 1} {num + 2} {num + 3} {num + 4}\n"
+        num += 4
+    path.write_text(text)
+    return path
+
+
+GROUND = [[-30.0, 0.0, -40.0], [-30.0, 0.0, 40.0], [50.0, 0.0, 40.0], [50.0, 0.0, -40.0]]
+BACKDROP = [[-30.0, -5.0, -40.0], [50.0, -5.0, -40.0], [50.0, 60.0, -40.0], [-30.0, 60.0, -40.0]]
+ROOF = [[-0.6, 12.0, 0.6], [15.0, 12.0, 0.6], [15.0, 12.0, -9.0], [-0.6, 12.0, -9.0]]
+
+
+def test_ground_planes_and_backdrops_are_left_out_and_roofs_are_not(tmp_path: Path) -> None:
+    alone = read_mesh(house(4, 3, 2).write(tmp_path / "house.obj"))
+    framed = read_mesh(with_sheets(house(4, 3, 2).write(tmp_path / "framed.obj"), GROUND, BACKDROP))
+    building, notes = without_sheets(framed)
+    assert sorted(note.split(",")[0] for note in notes) == ["a flat sheet of 80 x 65 m", "a flat sheet of 80 x 80 m"]
+    assert np.ptp(building.surface.points, axis=0) == pytest.approx(np.ptp(alone.surface.points, axis=0))
+    assert len(building.surface) == len(alone.surface) == building.patches.shape[1]
+    for mesh in (alone, read_mesh(with_sheets(house(4, 3, 2).write(tmp_path / "roof.obj"), ROOF))):
+        kept, notes = without_sheets(mesh)
+        assert kept is mesh
+        assert not notes
