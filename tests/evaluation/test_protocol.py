@@ -58,7 +58,7 @@ def test_a_run_ends_when_every_model_of_the_pool_has_a_score_for_every_factor():
 
 
 def test_rounds_take_the_factors_in_turn_and_the_product_is_learned():
-    material = world(2)
+    material = world(2, **QUICK)
     state = init(material.study)
     states = interview(material.study, material.factors, material.person, budget=64, batch=16, seed=7)
     for rounds, state in enumerate(states):
@@ -76,7 +76,7 @@ def test_rounds_take_the_factors_in_turn_and_the_product_is_learned():
 
 def test_the_divergence_is_that_of_the_normalized_weights_and_before_learning_that_of_the_grammar():
     weights = np.random.default_rng(3).uniform(0.1, 2, LABELLED)
-    material = world(2, weights=weights)
+    material = world(2, weights=weights, **QUICK)
     target = weights * material.scores.prod(axis=1)
     assert material.js_original == pytest.approx(jensenshannon(target, weights) ** 2)
     state, curve = protocol.run(material, BATCH, 0, 32)
@@ -190,8 +190,8 @@ def test_nothing_but_scores_reaches_the_learner():
 @takes_turns
 def test_models_count_as_liked_whatever_a_person_who_errs_says():
     for respondent in (RESPONDENTS["sd20"], RESPONDENTS["blunders10"]):
-        material = world().answered_by(respondent, 3)
-        state, curve = protocol.run(material, BATCH, 0, 3 * BATCH)
+        material = world(**QUICK).answered_by(respondent, 3)
+        state, curve = protocol.run(material, BATCH, 1, 3 * BATCH)
         asked = answers_of(state)
         truth = score_of(material.study.space.make(asked.designs))[:, 0]
         assert curve.points[-1].liked == (truth > 0.0).sum()
