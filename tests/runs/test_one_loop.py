@@ -38,7 +38,7 @@ TASTES = {
     "a bound on a draw": "100 * ($width < 7)",
     "several levels": "40 * {Flat} + 20 * ({Red} > 1)",
 }
-SEED, LABELS = 3, 40
+SEED, LABELS = 3, 24
 
 
 def nothing(_stage: str, _done: int, _total: int) -> None:
