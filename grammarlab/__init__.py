@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from grammarlab.features.named_features import count, pattern
     from grammarlab.geometry.footprints.footprint_text import read_footprints
     from grammarlab.language.grammar import Grammar
+    from grammarlab.language.presets import RuleChoices
     from grammarlab.learning.fitting import fit
     from grammarlab.learning.learn import learn
     from grammarlab.learning.targets.writers import LearnedDensity
@@ -68,6 +69,7 @@ __all__ = [
     "LearnedDensity",
     "Lots",
     "Processes",
+    "RuleChoices",
     "SampleRequest",
     "SaveOptions",
     "Scene",
@@ -119,6 +121,7 @@ _HOMES = {
     "LearnedDensity": "learning.targets.writers",
     "Lots": "derivation.lots",
     "Processes": "runs.work.executors",
+    "RuleChoices": "language.presets",
     "SampleRequest": "runs.sample.request",
     "SaveOptions": "export.save",
     "Scene": "scene.instances",

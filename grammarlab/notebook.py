@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Unpack
 
 from grammarlab.extras import named_extras
+from grammarlab.language.presets import NO_CHOICES
 from grammarlab.pages import STATIC
 from grammarlab.pages.record.label_exchange import read_labels_or_session
 from grammarlab.pages.scoring.session import Session, SessionOptions
@@ -47,7 +48,7 @@ class _OpenSession:
     @classmethod
     def open(cls, grammar: str, path: Path, options: SessionOptions) -> _OpenSession:
         """Session of a file: the open one if grammar and options are equal, otherwise a new one that replaces it."""
-        file, source = path.resolve(), find_rules(grammar, options.get("assets"))
+        file, source = path.resolve(), find_rules(grammar, options.get("assets"), options.get("choices", NO_CHOICES))
         inputs = source.text(), source.assets.resolve(), options
         current = _OPEN.get(file)
         if current is not None and not current.has_its_file():

@@ -11,8 +11,9 @@ import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,6 +21,9 @@ from grammarlab.errors import GrammarlabError, LanguageError, UsageError, Worker
 from grammarlab.extras import named_extras
 from grammarlab.option_names import with_options
 from grammarlab.printable import printable
+
+if TYPE_CHECKING:
+    from grammarlab.language.presets import RuleChoices
 
 FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 Scheduler = Annotated[
@@ -31,6 +35,15 @@ Scheduler = Annotated[
     ),
 ]
 """Option of commands whose tasks a cluster can do."""
+StartRule = Annotated[str, typer.Option("--start", help="Start rule.")]
+Attributes = Annotated[
+    list[str] | None, typer.Option("--attr", help="Value of an attribute, name=value; may be repeated.")
+]
+StyleName = Annotated[str, typer.Option("--style", help="Style of a rule file, instead of its default style.")]
+Library = Annotated[
+    Path | None, typer.Option("--library", help="Folder of further projects, such as ESRI.lib, to import from.")
+]
+"""Options for what a rule file leaves open."""
 
 
 @dataclass
@@ -136,3 +149,25 @@ def _say_with(advice: Callable[[], str], message: str) -> None:
     say(message)
     if words := advice():
         say(words)
+
+
+def choices_of(
+    grammar: str, start_rule: str, attributes: list[str] | None, style: str, library: Path | None
+) -> RuleChoices:
+    """The choices of a user for a file; the file tells the types of the values.
+
+    Raises:
+        GrammarlabError: If the file cannot be read, or a value has another type than its attribute.
+    """
+    from grammarlab.language.attribute_values import read_attributes
+    from grammarlab.language.grammar import Grammar
+    from grammarlab.language.presets import RuleChoices
+    from grammarlab.runs.sample.shipped import SUFFIX, find_rules
+
+    choices = RuleChoices(library, style, start_rule)
+    if not attributes:
+        return choices
+    source = find_rules(grammar, choices=RuleChoices(library, style))
+    if source.suffix != SUFFIX:
+        raise UsageError(f"{grammar}: only attributes of {SUFFIX} files can be chosen; leave out --attr.")
+    return replace(choices, attributes=read_attributes(attributes, Grammar.parse(source.text(), source.file)))

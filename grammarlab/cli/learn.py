@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from grammarlab.cli.console import Scheduler, friendly_errors, print_json, say
+from grammarlab.cli.console import (
+    Attributes,
+    Library,
+    Scheduler,
+    StartRule,
+    StyleName,
+    choices_of,
+    friendly_errors,
+    print_json,
+    say,
+)
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
 from grammarlab.cli.sample import complete_grammar
 from grammarlab.files import check_overwrites
@@ -107,6 +117,10 @@ def learn(
         str,
         typer.Option("--person", help="With labels and a scenario: person whose scores are the truth. " + PERSONS_HELP),
     ] = "exact",
+    start_rule: StartRule = "",
+    attributes: Attributes = None,
+    style: StyleName = "",
+    library: Library = None,
     scheduler: Scheduler = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:
@@ -141,6 +155,7 @@ def learn(
         if source is None:
             raise UsageError("nothing to learn from: give --labels FILE, --examples FOLDER or --scenario FILE.")
         target = file or Path(f"{Path(grammar).stem}_{source.stem}{find_rules(grammar).suffix}")
+        choices = choices_of(grammar, start_rule, attributes, style, library)
         check_overwrites([target], filter(None, (Path(grammar), labels, scenario_file)))
         if labels is not None:
             from grammarlab.learning.targets.writers import Making
@@ -151,8 +166,13 @@ def learn(
             table, pool = read_labels_or_session(labels)
             for note in table.notes:
                 say(f"note: {labels}: {note}")
-            options: dict[str, Any] = {"scenario": scenario_file, "respondent": respondent}
-            options |= {"pool": pool if seed is None else None, "seed": seed or 0}
+            options: dict[str, Any] = {
+                "choices": choices,
+                "scenario": scenario_file,
+                "respondent": respondent,
+                "pool": pool if seed is None else None,
+                "seed": seed or 0,
+            }
             with progress(as_json=as_json) as on_progress:
                 result = learn_from_labels(
                     grammar, table, target, making, labels_from=labels.name, on_progress=on_progress, **options
@@ -162,7 +182,14 @@ def learn(
             from grammarlab.runs.learn.from_examples import learn_from_files
 
             result_of_examples = learn_from_files(
-                grammar, examples, target, method=method, seed=seed or 0, scenario=scenario_file, models=models
+                grammar,
+                examples,
+                target,
+                choices=choices,
+                method=method,
+                seed=seed or 0,
+                scenario=scenario_file,
+                models=models,
             )
             summary = _Summary(
                 _examples_as_json(result_of_examples),
@@ -173,7 +200,7 @@ def learn(
             from grammarlab.runs.learn.from_scenario import learn_from_scenario
 
             with progress(as_json=as_json) as on_progress:
-                exact = learn_from_scenario(grammar, source, method, target, samples, on_progress)
+                exact = learn_from_scenario(grammar, source, method, target, samples, on_progress, choices)
             summary = _Summary(_as_json(exact), _as_lines(exact), density_pages.page_of_scenario(exact))
         _print_summary(summary, report, seed or 0, executor, as_json)
 

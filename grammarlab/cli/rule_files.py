@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console import FAILURE, friendly_errors, print_content, print_json, print_result, say
+from grammarlab.cli.console import FAILURE, Library, friendly_errors, print_content, print_json, print_result, say
 from grammarlab.errors import UsageError
 from grammarlab.option_names import with_options
 
@@ -107,9 +107,7 @@ def check(
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
-    library: Annotated[
-        Path | None, typer.Option("--library", help="Folder of further projects, such as ESRI.lib, to import from.")
-    ] = None,
+    library: Library = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object instead.")] = False,
 ) -> None:
     """List all findings about a rule file or a species.
@@ -120,13 +118,14 @@ def check(
     The exit code is 1 if there is an error.
     """
     with friendly_errors():
+        from grammarlab.language.presets import RuleChoices
         from grammarlab.runs.sample.checks import check_source
         from grammarlab.runs.sample.shipped import find_rules
 
         if Path(grammar).is_dir():
             _check_folder(Path(grammar), library, as_json)
             return
-        source = find_rules(grammar, assets, library)
+        source = find_rules(grammar, assets, RuleChoices(library))
         file, checked = source.path, check_source(source)
         findings = [finding for checked_file in checked for finding in checked_file.findings]
         counts = {kind: sum(f.severity == kind for f in findings) for kind in ("error", "unsupported", "warning")}

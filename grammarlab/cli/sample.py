@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console import Scheduler, Unfinished, friendly_errors, print_json, say, was_given
+from grammarlab.cli.console import (
+    Library,
+    Scheduler,
+    StartRule,
+    StyleName,
+    Unfinished,
+    friendly_errors,
+    print_json,
+    say,
+    was_given,
+)
 from grammarlab.errors import UsageError
 
 MOST_PRINTS = 50
@@ -98,7 +108,7 @@ def sample(
         list[str] | None,
         typer.Option("--attr", help="Value of an attribute, name=value; may be repeated. Trees: detail=low."),
     ] = None,
-    start_rule: Annotated[str, typer.Option("--start", help="Start rule.")] = "",
+    start_rule: StartRule = "",
     footprint: Annotated[
         str,
         typer.Option(
@@ -121,10 +131,8 @@ def sample(
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
-    style: Annotated[str, typer.Option("--style", help="Style of a rule file, instead of its default style.")] = "",
-    library: Annotated[
-        Path | None, typer.Option("--library", help="Folder of further projects, such as ESRI.lib, to import from.")
-    ] = None,
+    style: StyleName = "",
+    library: Library = None,
     file_format: Annotated[
         FileFormat, typer.Option("--format", help="Format of the model files; stl and 3mf are watertight solids.")
     ] = FileFormat.glb,
@@ -182,6 +190,7 @@ def sample(
     with friendly_errors(run.advice):
         from grammarlab.cli.console import note_slow_pictures
         from grammarlab.cli.progress import progress
+        from grammarlab.language.presets import RuleChoices
         from grammarlab.runs.sample.domains import opened_models
         from grammarlab.runs.sample.manifest import read_manifest
         from grammarlab.runs.sample.request import SampleRequest, read_model_numbers
@@ -208,7 +217,7 @@ def sample(
             return
         if not grammar:
             raise UsageError("which grammar or species? Give a file or a name that `grammarlab list` shows.")
-        source = find_rules(grammar, assets, library, style)
+        source = find_rules(grammar, assets, RuleChoices(library, style))
         models = opened_models(source.suffix, source.text(), source.name, source.assets)
         _print_left_out(grammar, models.left_out())
         chosen = read_model_numbers(models_text) if models_text else ()

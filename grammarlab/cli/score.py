@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.console import friendly_errors, say
+from grammarlab.cli.console import Attributes, Library, StartRule, StyleName, choices_of, friendly_errors, say
 from grammarlab.cli.page import page_opener
 from grammarlab.cli.sample import complete_grammar
 
@@ -32,6 +32,10 @@ def score(
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
+    start_rule: StartRule = "",
+    attributes: Attributes = None,
+    style: StyleName = "",
+    library: Library = None,
     stored_grammar: Annotated[
         bool, typer.Option("--stored-grammar", help="Use the text that the session was started with.")
     ] = False,
@@ -43,7 +47,8 @@ def score(
         from grammarlab.pages.scoring.session import Session
 
         path = session or Path(f"{Path(grammar).stem}.db")
-        opened = Session(grammar, path, seed=seed, assets=assets, stored_grammar=stored_grammar)
+        choices = choices_of(grammar, start_rule, attributes, style, library)
+        opened = Session(grammar, path, seed=seed, assets=assets, choices=choices, stored_grammar=stored_grammar)
 
         note_slow_pictures()
         opened.listen(_warner())

@@ -17,6 +17,7 @@ from grammarlab.errors import UsageError
 from grammarlab.evaluation.scenario_values import SUFFIX, TomlFile, nearest, read
 from grammarlab.features.expression import RESERVED, Expression
 from grammarlab.features.model_score import Score, ScoreCase
+from grammarlab.language.presets import NO_CHOICES, RuleChoices
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.settings import FAMILIES, MAX_PATH_LENGTH, FeatureOptions
 
@@ -93,6 +94,8 @@ class Scenario:
     """Name of a shipped grammar or species, or the path of its file."""
     factors: tuple[Factor, ...]
     """At least one; the preference is their product."""
+    choices: RuleChoices = NO_CHOICES
+    """Style, start rule, values of attributes and library of a rule file."""
     num_models: int = DEFAULT_MODELS
     """Size of the labelled set on which densities are compared."""
     seed: int = 0
@@ -118,7 +121,9 @@ class Scenario:
         """SHA-256, in hexadecimal, of the preference and its models; the grammar is included by name only."""
         steps = [(factor.name, factor.score.expression.steps) for factor in self.factors]
         values = (self.name, self.grammar, steps, self.num_models, self.seed, self.base, self.draws, self.features)
-        return hashlib.sha256(repr(values).encode()).hexdigest()
+        # Scenarios without choices keep the hash that they had before there were choices.
+        choices = () if self.choices == NO_CHOICES else (self.choices,)
+        return hashlib.sha256(repr(values + choices).encode()).hexdigest()
 
     def check(self, space: AbstractDesignSpace[Any]) -> None:
         """Check that designs have all features of the preference.
@@ -165,6 +170,7 @@ def parse(text: str, path: Path = Path("<text>")) -> Scenario:
         title=title,
         grammar=_grammar(file, table),
         factors=_factors(file, table, name, title),
+        choices=_choices(file, table),
         num_models=file.integer(table, "num_models", 1, MAX_MODELS) or DEFAULT_MODELS,
         seed=file.integer(table, "seed", 0, 2**64 - 1) or 0,
         base=cast(Base, file.one_of(table, "base", ("grammar", "uniform"))),
@@ -177,7 +183,20 @@ def parse(text: str, path: Path = Path("<text>")) -> Scenario:
 
 
 _KEYS = (
-    *("name", "title", "grammar", "num_models", "seed", "base", "draws", "methods"),
+    *(
+        "name",
+        "title",
+        "grammar",
+        "start",
+        "style",
+        "library",
+        "attributes",
+        "num_models",
+        "seed",
+        "base",
+        "draws",
+        "methods",
+    ),
     *("definitions", "preference", "factors", "features", "paper", "target"),
 )
 _NAME = r"[\w-]{1,64}"
@@ -187,6 +206,17 @@ def _grammar(file: TomlFile, table: dict[str, Any]) -> str:
     grammar = file.string(table, "grammar")
     # A shipped name has no suffix; a file is beside the scenario, whatever kind of designs it describes.
     return str(file.path.parent / grammar) if Path(grammar).suffix else grammar
+
+
+def _choices(file: TomlFile, table: dict[str, Any]) -> RuleChoices:
+    attributes = table.get("attributes", {})
+    if not isinstance(attributes, dict) or len(attributes) > MAX_DEFINITIONS:
+        raise file.wrong(f"expected a table [attributes] of at most {MAX_DEFINITIONS} lines", "attributes")
+    for name, value in attributes.items():
+        if not isinstance(value, int | float | str):
+            raise file.wrong(f"attribute {name!r:.60}: expected a number, true, false or a text in quotes", name)
+    start, style, library = (file.string(table, key, "") for key in ("start", "style", "library"))
+    return RuleChoices(file.path.parent / library if library else None, style, start, attributes)
 
 
 # What is liked -------------------------------------------------------------------------------------------------------
@@ -216,6 +246,8 @@ def _factor(file: TomlFile, table: dict[str, Any], name: str) -> Factor:
     scenario = parse(text, path)
     if scenario.grammar != _grammar(file, table):
         raise file.wrong(f"{name} is about the grammar {scenario.grammar!r}, this about another", "factors")
+    if scenario.choices != _choices(file, table):
+        raise file.wrong(f"{name} has another start rule, style, library or attributes than this file", "factors")
     return scenario.factors[0]
 
 

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from difflib import get_close_matches
+from typing import NamedTuple, TypeAlias
 
 from grammarlab.errors import UsageError
 from grammarlab.language.checking.percentages import constant
@@ -49,7 +50,25 @@ AttributeValue: TypeAlias = float | bool | str
 _BOOLEANS = {"true": True, "false": False}
 _MAX_SHOWN_CHARACTERS = 60
 """Characters of a value that a message shows."""
+_MAX_NAMES = 12
+"""Names of a file that a message lists."""
 _OTHER_BOOLEANS = {"yes": "true", "1": "true", "no": "false", "0": "false"}
+
+
+class _ExpectedType(NamedTuple):
+    """Python types of the values of an attribute, and their description in messages."""
+
+    types: tuple[type, ...]
+    description: str
+
+
+_TYPES: Mapping[type | None, _ExpectedType] = {
+    Number: _ExpectedType((float,), "a finite number"),
+    Boolean: _ExpectedType((bool,), "true or false"),
+    String: _ExpectedType((str,), "a text"),
+    None: _ExpectedType((float, bool, str), "a finite number, true, false or a text"),
+}
+"""Types of the values that an attribute takes, by the kind of its own value (`_kind`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +127,50 @@ def read_attributes(texts: Iterable[str], grammar: Grammar) -> dict[str, Attribu
         if problem:
             raise UsageError(f"attribute {name!r}: {problem}.")
     return values
+
+
+def checked_attributes(values: Mapping[str, AttributeValue], grammar: Grammar) -> dict[str, AttributeValue]:
+    """Attribute values of programs and files, checked; numbers become floats.
+
+    Args:
+        values: values by name.
+        grammar: a grammar with these attributes.
+
+    Raises:
+        UsageError: If there is no such attribute, or a value has another type than its attribute, violates its
+            annotations, or cannot be written in a rule file.
+
+    >>> grammar = Grammar.parse('attr height = rand(3) attr style = "new" Lot --> NIL')
+    >>> checked_attributes({"height": 12, "style": "old"}, grammar)
+    {'height': 12.0, 'style': 'old'}
+    """
+    checked: dict[str, AttributeValue] = {}
+    for name, value in values.items():
+        if name not in grammar.attributes:
+            raise UsageError(f"unknown attribute {name!r:.80}; {nearest_names(name, list(grammar.attributes))}")
+        expected = _TYPES[_kind(name, grammar)]
+        plain = float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+        if not isinstance(plain, expected.types) or (isinstance(plain, float) and not math.isfinite(plain)):
+            raise UsageError(f"attribute {name!r}: expected {expected.description}, found {_excerpt(repr(value))}.")
+        if isinstance(plain, str) and any(not character.isprintable() for character in plain):
+            raise UsageError(f"attribute {name!r}: expected a text of one line, found {_excerpt(repr(value))}.")
+        if problem := objection(grammar.attributes[name], plain):
+            raise UsageError(f"attribute {name!r}: {problem}.")
+        checked[name] = plain
+    return checked
+
+
+def nearest_names(name: str, names: Sequence[str]) -> str:
+    """End of a message about an unknown name: the nearest name, otherwise the first names.
+
+    >>> nearest_names("heigth", ["height", "style"]), nearest_names("x", [])
+    ("did you mean 'height'?", 'there are none')
+    """
+    near = get_close_matches(name[:_MAX_SHOWN_CHARACTERS], names, n=1, cutoff=0.6)
+    if near:
+        return f"did you mean {near[0]!r}?"
+    rest = f" and {len(names) - _MAX_NAMES} more" if len(names) > _MAX_NAMES else ""
+    return f"expected one of {', '.join(names[:_MAX_NAMES])}{rest}" if names else "there are none"
 
 
 def usable_properties(properties: Mapping[str, AttributeValue], grammar: Grammar) -> UsableProperties:

@@ -183,7 +183,7 @@ class _Surgery:
         if new_attributes:
             first = self.spans[0][0]
             edits.append((first, first, "".join(f"{attribute}\n\n" for attribute in new_attributes)))
-        return _edited(self.text, edits)
+        return edited(self.text, edits)
 
     def _rule(self, number: int, rule: Rule, copies: Sequence[RuleCopy]) -> tuple[int, int, str]:
         start, end = self.spans[number][0], _end_with_comment(self.text, self.spans[number][1])
@@ -330,7 +330,7 @@ class _Writer:
         edits = [
             (token.start - start, token.end - start, names[token.start]) for token in tokens if token.start in names
         ]
-        return _edited(self.text[start:end], edits)
+        return edited(self.text[start:end], edits)
 
 
 def _end_with_comment(text: str, end: int) -> int:
@@ -339,7 +339,7 @@ def _end_with_comment(text: str, end: int) -> int:
     return comment.end() if comment else end
 
 
-def _edited(text: str, edits: Sequence[tuple[int, int, str]]) -> str:
+def edited(text: str, edits: Sequence[tuple[int, int, str]]) -> str:
     """Text with each range from start to end replaced; ranges do not overlap."""
     pieces: list[str] = []
     offset = 0

@@ -6,6 +6,10 @@ import re
 import pytest
 
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.presets import preset
+from grammarlab.language.syntax.syntax_tree import Number
+from grammarlab.preference.label_files import save_labels
+from grammarlab.preference.labels import Label, Labels
 from grammarlab.runs.learn import report
 from tests.cases import some, takes_turns
 from tests.command_line import invoke
@@ -274,6 +278,38 @@ def test_labels_of_a_changed_rule_file_are_refused(run, labelled, rules):
     _, _, labels = labelled
     changed = rules(RULES.replace("70%", "60%"), "other.cga")
     assert "about another grammar" in run("learn", changed, "--labels", labels, code=2).stderr
+
+
+def test_a_scenario_is_learned_with_its_choices_and_with_those_of_the_command(run, rules, tmp_path):
+    grammar, scenario, out = rules(RULES + "House --> Lot\n"), tmp_path / "test.toml", tmp_path / "red.cga"
+    keys = 'start = "House"\n[attributes]\nheight = 4\n\n[[preference]]'
+    scenario.write_text(SCENARIO.replace("[[preference]]", keys))
+    for choices in ((), ("--start", "House", "--attr", "height=4")):
+        run("learn", grammar, *choices, "--scenario", scenario, "-o", out)
+        learned = Grammar.parse(out.read_text())
+        assert {rule.name.partition("_")[0] for rule in learned.start_rules} == {"House"}
+        assert learned.attributes["height"].value == Number(4.0)
+    refused = run("learn", grammar, "--start", "Lot", "--scenario", scenario, "-o", out, code=2)
+    assert "start rule, values of attributes" in refused.stderr
+
+
+def test_labels_are_those_of_the_choices(run, rules, tmp_path):
+    grammar, labels = rules(RULES), tmp_path / "labels.csv"
+    text = preset(Grammar.parse(RULES), "High", {"height": 4})
+    save_labels(Labels(tuple(Label(0, model, "overall", 0.0, text.hash) for model in range(8))), labels)
+    choices = ("--start", "High", "--attr", "height=4")
+    assert "nothing is liked" in run("learn", grammar, *choices, "--labels", labels, code=2).stderr
+    assert "about another grammar" in run("learn", grammar, "--labels", labels, code=2).stderr
+
+
+def test_examples_are_those_of_the_choices(run, rules, tmp_path):
+    grammar, other = rules(RULES), tmp_path / "other.cga"
+    other.write_text(preset(Grammar.parse(RULES), "High").text)
+    run("sample", other, "-n", "4", "--no-image", "-o", tmp_path / "run")
+    examples = ("--examples", tmp_path / "run", "-o", tmp_path / "red.cga")
+    assert "4 examples" in run("learn", grammar, "--start", "High", *examples).stderr
+    learned = Grammar.parse((tmp_path / "red.cga").read_text())
+    assert {rule.name.partition("_")[0] for rule in learned.start_rules} == {"High"}
 
 
 def test_without_anything_to_learn_from_help_is_given(run, files):

@@ -6,12 +6,17 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import LanguageError, UsageError
 from grammarlab.extras import require
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.presets import NO_CHOICES, RuleChoices, preset_differences
 from grammarlab.learning.settings import POOL_SIZE
 from grammarlab.pages.record.store import SUFFIX, About, Store
-from grammarlab.runs.sample.domains import domain_of, opened
+from grammarlab.runs.sample.domains import DEFAULT, domain_of, opened
 from grammarlab.runs.sample.shipped import find_rules
+
+_MAX_DIFFERENCES = 4
+"""Differences between two rule files that a message names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +38,7 @@ def open_session(
     seed: int = 0,
     size: int | None = None,
     assets: Path | None = None,
+    choices: RuleChoices = NO_CHOICES,
     stored_grammar: bool = False,
 ) -> Opening:
     """Open a session file, or prepare a new one.
@@ -43,6 +49,7 @@ def open_session(
         seed: seed of the models of a new session.
         size: size of the pool of a new session; by default the usual one of its designs.
         assets: folder of meshes and images, if it is not the one beside the file.
+        choices: choices of the user for a rule file.
         stored_grammar: use the grammar stored in the session, even if the file has changed.
 
     Raises:
@@ -51,7 +58,7 @@ def open_session(
         AssetError: If the file is not a session.
     """
     _check(path, seed, size)
-    source = find_rules(grammar, assets)
+    source = find_rules(grammar, assets, choices)
     text = source.text().removeprefix("\ufeff")
     if size is None:
         # A session that exists has its own.
@@ -69,16 +76,28 @@ def open_session(
         store.close()
         raise UsageError(f"{path}: the session is about models of another kind. {error}") from error
     if (store.about.hash, store.about.suffix) != (about.hash, about.suffix) and not stored_grammar:
-        old_hash = store.about.hash
+        old_hash, differences = store.about.hash, _differences(store.about, about)
         store.close()
         raise UsageError(
             f"{path}: this session is about another grammar than {source.path}: expected the text with SHA-256 "
-            f"{old_hash[:16]}…, found {about.hash[:16]}…. Its scores belong to the models of the grammar that it was "
-            "begun with. To go on with that one, give --stored-grammar (in Python, stored_grammar=True), which reads "
-            "the text that the session keeps; to score models of the new one, begin a session with another file name. "
-            "The old scores stay in the file and can be exported from its page."
+            f"{old_hash[:16]}…, found {about.hash[:16]}….{differences} Its scores belong to the models of the "
+            "grammar that it was begun with. To go on with that one, give --stored-grammar (in Python, "
+            "stored_grammar=True), which reads the text that the session keeps; to score models of the new one, begin "
+            "a session with another file name. The old scores stay in the file and can be exported from its page."
         )
     return Opening(path, store.about, store, source.assets)
+
+
+def _differences(before: About, now: About) -> str:
+    """Sentence about start rules and values of attributes that differ; empty for other differences, and for trees."""
+    if {before.suffix, now.suffix} != {DEFAULT}:
+        return ""
+    try:
+        differences = preset_differences(*(Grammar.parse(about.grammar) for about in (before, now)))
+    except LanguageError:  # an earlier version may have read what this one does not
+        return ""
+    rest = f" and {len(differences) - _MAX_DIFFERENCES} more" if len(differences) > _MAX_DIFFERENCES else ""
+    return f" They differ in: {'; '.join(differences[:_MAX_DIFFERENCES])}{rest}." if differences else ""
 
 
 def _check(path: Path, seed: int, size: int | None) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypedDict
 
 from grammarlab.errors import GrammarlabError
+from grammarlab.language.presets import NO_CHOICES, RuleChoices
 from grammarlab.pages.desktop import DeskHooks, Desktop
 from grammarlab.pages.record.opening import Opening, open_session
 from grammarlab.pages.record.store import Store
@@ -28,6 +29,7 @@ class SessionOptions(TypedDict, total=False):
     seed: int
     size: int | None
     assets: Path | None
+    choices: RuleChoices
     stored_grammar: bool
     jobs: int | None
 
@@ -43,6 +45,7 @@ class Session(Desktop[SessionDesk]):
         seed: int = 0,
         size: int | None = None,
         assets: Path | None = None,
+        choices: RuleChoices = NO_CHOICES,
         stored_grammar: bool = False,
         jobs: int | None = None,
     ) -> None:
@@ -54,6 +57,7 @@ class Session(Desktop[SessionDesk]):
             seed: seed of the models of a new session, 0 <= seed < 2**64.
             size: size of the pool of a new session; by default the usual one of its designs.
             assets: folder of meshes and images, if it is not the one beside the file.
+            choices: choices of the user for a rule file.
             stored_grammar: use the grammar stored in the session, even if the file has changed.
             jobs: number of processes that draw; by default one per core, 0 for a session without pictures.
 
@@ -64,7 +68,9 @@ class Session(Desktop[SessionDesk]):
             GrammarlabError: If a script without ``if __name__ == "__main__":`` begins a session.
         """
         end_if_unguarded()
-        opening = open_session(grammar, Path(path), seed=seed, size=size, assets=assets, stored_grammar=stored_grammar)
+        opening = open_session(
+            grammar, Path(path), seed=seed, size=size, assets=assets, choices=choices, stored_grammar=stored_grammar
+        )
         num_artists = available_cores() if jobs is None else jobs
         hooks: DeskHooks[SessionDesk] = DeskHooks(
             idle=SessionDesk.prepare_if_free,

@@ -123,6 +123,7 @@ def row_of(person: Person) -> dict[str, Any]:
             labels,
             Path(scratch, f"new{find_rules(source.scenario.grammar).suffix}"),
             labels_from=str(person),
+            choices=source.scenario.choices,
             settings=method.settings(source.scenario.features),
             pool=source.pool,
         )

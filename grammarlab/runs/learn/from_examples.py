@@ -12,6 +12,7 @@ import numpy as np
 
 from grammarlab.arrays import Ints
 from grammarlab.errors import UsageError
+from grammarlab.language.presets import NO_CHOICES, RuleChoices
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.targets.divergence import Measured, measured
 from grammarlab.learning.targets.file_head import origin_line
@@ -71,6 +72,7 @@ def learn_from_files(
     examples: Path,
     file: Path,
     *,
+    choices: RuleChoices = NO_CHOICES,
     method: str = "",
     seed: int = 0,
     scenario: Path | None = None,
@@ -82,6 +84,7 @@ def learn_from_files(
         grammar: a file that can make them, or the name of a shipped example.
         examples: folder or file that ``grammarlab sample`` wrote (`AbstractExampleLearner.read`).
         file: path of the new file, of the same kind; assets that it names are copied beside it.
+        choices: choices of the user for a rule file.
         method: one of `AbstractExampleLearner.methods`; empty for the first one.
         seed: seed of the models for measuring the result.
         scenario: a scenario file to compare the result with; nothing is learned from it.
@@ -91,7 +94,7 @@ def learn_from_files(
         UsageError: If there are no examples, a number is not one of a model, or they are not of the file.
         AssetError: If examples cannot be read.
     """
-    source = find_rules(grammar)
+    source = find_rules(grammar, choices=choices)
     space = opened(source.suffix, source.text(), source.name, source.assets)
     learner = example_learner(source.suffix, space)
     method = method or learner.methods[0]

@@ -10,6 +10,7 @@ from typing import Any
 from grammarlab.density.targets.rejection import Progress, silent
 from grammarlab.errors import check_type
 from grammarlab.evaluation.respondents import EXACT, Respondent
+from grammarlab.language.presets import NO_CHOICES, RuleChoices
 from grammarlab.learning.answers import answers_of
 from grammarlab.learning.designs.addresses import renamed
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
@@ -84,6 +85,7 @@ def learn_from_labels(
     making: Making | None = None,
     *,
     labels_from: str,
+    choices: RuleChoices = NO_CHOICES,
     settings: Settings | None = None,
     pool: Pool | None = None,
     seed: int = 0,
@@ -99,6 +101,7 @@ def learn_from_labels(
         file: path of the new file, of the same kind; assets that it names are copied beside it.
         making: options of making it.
         labels_from: name of the label file, for a comment in the new file.
+        choices: choices of the user for a rule file: those of the labels.
         settings: settings of learning; by default as in a session.
         pool: the pool of models; by default the usual one of the seed.
         seed: seed of the usual pool, 0 <= seed < 2**64.
@@ -126,7 +129,7 @@ def learn_from_labels(
     """
     check_type("labels", labels, Labels, 'gl.read_labels("labels.csv")')
     begun, making, file = perf_counter(), making or Making(), Path(file)
-    source = find_rules(grammar)
+    source = find_rules(grammar, choices=choices)
     text = source.text()
     space = opened(source.suffix, text, source.name, source.assets)
     writer = domain_of(source.suffix).writer(space)

@@ -18,7 +18,9 @@ from grammarlab.density.targets.target import Target
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
 from grammarlab.evaluation.preparation import Source
+from grammarlab.evaluation.scenario import load as load_scenario
 from grammarlab.files import atomic_file, whole_tree, write_text
+from grammarlab.language.presets import NO_CHOICES, RuleChoices
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.species_space import SpeciesSpace
@@ -66,6 +68,7 @@ def learn_from_scenario(
     file: Path,
     num_samples: int = sampled.NUM_SAMPLES,
     on_progress: Progress = silent,
+    choices: RuleChoices = NO_CHOICES,
 ) -> LearnResult:
     """Learn a file that samples in proportion to a known preference, and measure it.
 
@@ -77,12 +80,13 @@ def learn_from_scenario(
         file: path of the new file; assets that it names are copied beside it.
         num_samples: number of models to learn from, for methods that need them.
         on_progress: called with the progress of these models.
+        choices: choices of the user for a rule file; if there are none, those of the scenario.
 
     Raises:
         UsageError: If the method is unknown, or the scenario has another grammar.
         GrammarlabError: If the density cannot be made.
     """
-    rules = find_rules(grammar)
+    rules = find_rules(grammar, choices=load_scenario(scenario).choices if choices == NO_CHOICES else choices)
     space = opened(rules.suffix, rules.text(), rules.name, rules.assets)
     source = scenario_of(scenario, grammar, space.hashes[0])
     if isinstance(space, SpeciesSpace):
@@ -161,7 +165,11 @@ def scenario_of(scenario: Path, name: str, text_hash: str) -> Source:
     """
     source = load_source(scenario)
     if text_hash != source.space.hashes[0]:
-        raise UsageError(f"scenario {source.scenario.name} is about {source.scenario.grammar}, not about {name}")
+        scenario_rules = source.scenario.grammar
+        hint = ""
+        if Path(scenario_rules).stem == Path(name).stem:
+            hint = ": the texts differ, or their style, start rule, values of attributes or library"
+        raise UsageError(f"scenario {source.scenario.name} is about {scenario_rules}, not about {name}{hint}")
     return source
 
 

@@ -91,8 +91,8 @@ def check_source(source: RuleSource) -> Sequence[CheckedText]:
     Raises:
         LanguageError: If the file cannot be read, or is too large.
     """
-    if source.library is not None and suffix_of(source.path) == DEFAULT:
-        return check_rules(source.path, source.assets, source.library)
+    if source.choices.library is not None and suffix_of(source.path) == DEFAULT:
+        return check_rules(source.path, source.assets, source.choices.library)
     return domain_of(suffix_of(source.path)).check(source.path, source.assets)
 
 

@@ -17,6 +17,7 @@ from grammarlab.export.save import Format
 from grammarlab.geometry.footprints.footprint import Footprint, FootprintMap, Georeference, Remark
 from grammarlab.language.attribute_values import AttributeValue
 from grammarlab.language.grammar import hash_of
+from grammarlab.language.presets import RuleChoices
 from grammarlab.rendering.choice import RendererName
 from grammarlab.runs.sample.domains import DEFAULT, opened_models
 from grammarlab.runs.sample.shipped import find_rules
@@ -165,7 +166,7 @@ class SampleRequest:
             style: style of a rule file, instead of its default style.
             **options: the other fields of this class.
         """
-        source = find_rules(str(grammar), assets, library, style)
+        source = find_rules(str(grammar), assets, RuleChoices(library, style))
         text = source.text()
         if on and footprint:
             raise UsageError("trees stand on an area or on footprints: give one of them.")

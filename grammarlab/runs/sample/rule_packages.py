@@ -13,7 +13,6 @@ from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import file_hash
 from grammarlab.runs.sample.seven_zip import ArchiveFile, files_of
 
-SUFFIX = ".rpk"
 _COMPILED, _RULES = ".cgb", ".cga"
 _WORKSPACE = ".ws"
 """Folder of a package with files of other projects, such as ``ESRI.lib``."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -12,12 +12,12 @@ from grammarlab.errors import AssetError, TomlError, UsageError
 from grammarlab.files import read_bounded
 from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.language.importing import RULES, rules_folder
+from grammarlab.language.presets import NO_CHOICES, RuleChoices
 from grammarlab.runs.sample.domains import CONVERTED, DEFAULT, DOMAINS, SPECIES, domain_of, suffix_of
-from grammarlab.runs.sample.rule_packages import SUFFIX as PACKAGE_SUFFIX
-from grammarlab.runs.sample.rule_packages import open_package
 from grammarlab.toml_text import toml_table, toml_text
 
 SUFFIX = DEFAULT
+PACKAGE_SUFFIX = ".rpk"
 _SPECIES_FOLDER, _FACADE_FOLDER = "species", "facades"
 _MAX_SPECIES_BYTES = 1 << 20
 """Largest size in bytes of a species that is described."""
@@ -34,25 +34,22 @@ class RuleSource:
     """Folder of the assets that it names."""
     shipped: bool
     """Whether it is a shipped example."""
-    library: Path | None = None
-    """Folder of further projects that a rule file imports from."""
-    style: str = ""
-    """Style of a rule file, instead of its default style."""
+    choices: RuleChoices = NO_CHOICES
+    """Choices of the user for a rule file."""
 
     def text(self) -> str:
         """Text of the file merged with its imports, or converted (`domains.CONVERTED`).
 
         Raises:
-            LanguageError: If it cannot be read or is too large.
+            LanguageError: If it cannot be read or is too large, or has no such style.
+            UsageError: If it has no such start rule or attribute, or a value has another type than its attribute.
         """
-        text = domain_of(suffix_of(self.path)).read(self.path, self.library)
-        if not self.style:
+        text = domain_of(suffix_of(self.path)).read(self.path, self.choices.library)
+        if not self.choices.change_text:
             return text
         if suffix_of(self.path) != SUFFIX:
-            raise UsageError(f"{self.path}: only {SUFFIX} files have styles, found the style {self.style!r}.")
-        from grammarlab.language.styles import styled  # noqa: PLC0415  # few runs use a style
-
-        return styled(Grammar.parse(text, self.file), self.style).text
+            raise UsageError(f"{self.path}: only {SUFFIX} files have styles, start rules and attributes to choose.")
+        return self.choices.apply(Grammar.parse(text, self.file)).text
 
     @property
     def suffix(self) -> str:
@@ -152,32 +149,35 @@ def _holds_anything(folder: Path) -> bool:
         return False
 
 
-def find_rules(argument: str, assets: Path | None = None, library: Path | None = None, style: str = "") -> RuleSource:
+def find_rules(argument: str, assets: Path | None = None, choices: RuleChoices = NO_CHOICES) -> RuleSource:
     """File of a GRAMMAR argument: a path, or the name of a shipped grammar or species.
 
     Args:
         argument: text of the argument; a rule package is unpacked first.
         assets: the folder of assets; by default that of `assets_folder`.
-        library: a folder of further projects that rule files import from.
-        style: a style of a rule file.
+        choices: choices of the user for a rule file.
 
     Raises:
         UsageError: If there is no such file or example; it names the nearest. If a rule package has no sources.
     """
-    for subject, folder in (("assets", assets), ("library", library)):
+    for subject, folder in (("assets", assets), ("library", choices.library)):
         if folder is not None and not folder.is_dir():
             raise UsageError(f"{subject} folder {str(folder)!r} is not a folder.")
     path = Path(argument)
     if path.suffix.lower() == PACKAGE_SUFFIX and path.is_file():
+        from grammarlab.runs.sample.rule_packages import open_package  # noqa: PLC0415  # few runs open a package
+
         package = open_package(path)
-        assets, library, name = assets or assets_folder(package.rules), library or package.library, path.stem
-        return RuleSource(name, package.rules, assets, shipped=False, library=library, style=style)
+        choices = replace(choices, library=choices.library or package.library)
+        return RuleSource(
+            path.stem, package.rules, assets or assets_folder(package.rules), shipped=False, choices=choices
+        )
     if path.is_file():
-        return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False, library=library, style=style)
+        return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False, choices=choices)
     examples = {source.name: source for source in (*shipped_examples(), *shipped_facades(), *shipped_species())}
     if argument in examples:
         example = examples[argument]
-        return RuleSource(example.name, example.path, assets or example.assets, shipped=True, style=style)
+        return RuleSource(example.name, example.path, assets or example.assets, shipped=True, choices=choices)
     if path.is_dir():
         raise UsageError(
             f"{argument!r} is a folder; expected a {SUFFIX} or {SPECIES} file, or one of: {', '.join(examples)}."

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.presets import NO_CHOICES, RuleChoices
 from grammarlab.runs.sample.checks import grammar_to_run
 from grammarlab.runs.sample.domains import SPECIES, opened
 from grammarlab.runs.sample.shipped import find_rules
@@ -27,33 +28,37 @@ ShippedSpecies: TypeAlias = Literal[
 
 
 @overload
-def load(grammar: ShippedGrammar) -> Grammar: ...
+def load(grammar: ShippedGrammar, choices: RuleChoices = ...) -> Grammar: ...
 @overload
 def load(grammar: ShippedSpecies) -> Species: ...
 @overload
-def load(grammar: str | os.PathLike[str]) -> Any: ...
-def load(grammar: str | os.PathLike[str]) -> Grammar | Species:
+def load(grammar: str | os.PathLike[str], choices: RuleChoices = ...) -> Any: ...
+def load(grammar: str | os.PathLike[str], choices: RuleChoices = NO_CHOICES) -> Grammar | Species:
     """Read a rule file or a species of trees without errors.
 
     Its meshes and images are found as by the command line: in ``assets`` beside the file, otherwise beside it.
 
     Args:
         grammar: a path, or the name of a shipped grammar or species.
+        choices: style, start rule, values of attributes and library for a rule file.
 
     Returns:
         A `Grammar` for rule files, a `Species` for files that end in .toml, and for those of Arbaro (.xml).
 
     Raises:
-        UsageError: If there is no such file or example; it names the nearest.
+        UsageError: If there is no such file, example, start rule or attribute; it names the nearest. If a value has
+            another type than its attribute.
         LanguageError: If the file has errors; it lists all of them.
 
     >>> import grammarlab as gl
     >>> gl.load("toy").start_rules[0].name
     'Start'
+    >>> gl.load("toy", gl.RuleChoices(start_rule="MASS")).start_rules[0].name
+    'MASS'
     >>> gl.load("oak").name
     'oak'
     """
-    source = find_rules(os.fspath(grammar))
+    source = find_rules(os.fspath(grammar), choices=choices)
     if source.suffix == SPECIES:
         # Grammars do without trees.
         from grammarlab.runs.sample.species_models import species_to_run  # noqa: PLC0415
@@ -73,5 +78,5 @@ def load_source(scenario: Path) -> Source:
     from grammarlab.evaluation.scenario import load as load_scenario  # noqa: PLC0415
 
     loaded = load_scenario(scenario)
-    rules = find_rules(loaded.grammar)
+    rules = find_rules(loaded.grammar, choices=loaded.choices)
     return Source(loaded, opened(rules.suffix, rules.text(), rules.name, rules.assets))

@@ -15,6 +15,7 @@ from grammarlab.evaluation.scenario import FeatureOptions, PaperFigures, Scenari
 from grammarlab.evaluation.scenario_values import MAX_BYTES
 from grammarlab.features.patterns.pattern import Threshold
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.presets import NO_CHOICES, RuleChoices
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.runs.sample.sources import load_source
 
@@ -109,6 +110,23 @@ ask = 512
     assert scenario.hash != parse(SMALL).hash
 
 
+def test_choices_for_the_rule_file_belong_to_the_scenario(tmp_path):
+    choices = 'start = "Lot"\nstyle = "Tall"\nlibrary = "lib"\nattributes = {h = 3, tall = true, tone = "red"}\n'
+    text = SMALL.replace('"toy"\n', f'"toy"\n{choices}')
+    scenario = parse(text, Path("some/where/a.toml"))
+    attributes = {"h": 3, "tall": True, "tone": "red"}
+    assert scenario.choices == RuleChoices(Path("some/where/lib"), "Tall", "Lot", attributes)
+    changes = [('"Lot"', '"Hut"'), ('"Tall"', '""'), ('"lib"', '"other"'), ("h = 3", "h = 4"), (choices, "")]
+    assert len({parse(text.replace(*change)).hash for change in [*changes, ("", "")]}) == 6
+    assert parse(SMALL).hash == parse(text.replace(choices, "attributes = {}\n")).hash
+
+    (tmp_path / "small.toml").write_text(SMALL)
+    both = 'name = "both"\ntitle = "Both"\ngrammar = "toy"\nfactors = ["small"]\n'
+    assert parse(both, tmp_path / "test.toml").choices == NO_CHOICES
+    with pytest.raises(UsageError, match="small has another start rule"):
+        parse(both + 'start = "Lot"', tmp_path / "test.toml")
+
+
 def test_a_preference_may_be_an_expression():
     head, _, _ = SMALL.partition("[[preference]]")
     text = head.replace("[definitions]", 'preference = "100 * low / (1 + orange)"\n[definitions]')
@@ -159,6 +177,9 @@ def test_a_rule_file_is_looked_for_beside_the_scenario():
         (('"toy"', '"toy"\nseed = 1.5'), 4, "expected seed"),
         (('"toy"', '"toy"\nbase = "uniforn"'), 4, "expected base = 'grammar' or 'uniform', found 'uniforn'"),
         (('"toy"', '"toy"\nmethods = "paper"'), 4, "expected methods = a list of texts"),
+        (('"toy"', '"toy"\nstart = 3'), 4, "expected start = a text"),
+        (('"toy"', '"toy"\nattributes = 3'), 4, "expected a table [attributes]"),
+        (('"low"', '"low"\n[attributes]\nh = [3]'), 18, "attribute 'h': expected a number, true, false or a text"),
         (("$h1 < 2", "$h1 <"), 6, "definition low: expected a value: a number"),
         (("$h1 < 2", "orange < 2"), 6, "a definition may use those above it; orange is not"),
         (("low = ", "min = "), 6, "'min' cannot be the name of a definition"),

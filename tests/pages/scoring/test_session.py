@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 
 from grammarlab.errors import AssetError, GrammarlabError, UsageError
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.presets import RuleChoices, preset
 from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.display import MAX_WARNINGS
@@ -132,6 +134,23 @@ def test_a_changed_grammar_is_refused_with_a_way_on(session: Session, tmp_path: 
         assert again.call("state")[0]["grids"] == before["grids"]
     with pytest.raises(UsageError, match="no stored grammar"):
         Session(rules, tmp_path / "new.db", jobs=0, stored_grammar=True)
+
+
+def test_choices_are_those_of_an_ordinary_grammar_and_a_reopened_session_says_which_differ(tmp_path: Path, rules: str):
+    path = tmp_path / "towers.db"
+    choices = RuleChoices(start_rule="Side", attributes={"floors": 3})
+    with closing(Session(rules, path, choices=choices, seed=3, size=60, jobs=0)) as session:
+        before, _ = session.call("state")
+    text = preset(Grammar.parse(TOWER), "Side", {"floors": 3}).text
+    with closing(Store.open(path)) as store:
+        assert store.about.grammar == text
+    Path(rules).write_text(text)
+    with closing(Session(rules, path, jobs=0)) as again:
+        assert again.call("state")[0]["grids"] == before["grids"]
+    Path(rules).write_text(TOWER)
+    differ = r"start rule Side, now Lot; attribute floors = 3, now 50% : 2 else : 5\."
+    with pytest.raises(UsageError, match=differ):
+        Session(rules, path, jobs=0)
 
 
 @pytest.mark.parametrize(

@@ -55,8 +55,8 @@ def test_a_package_gives_its_first_rule_file_with_imports_assets_and_other_proje
     assert "comp" in source.text()
     assert (source.assets / "wall.png").stat().st_size == 10240
     assert find_asset("/ESRI.lib/assets/oak.obj", source.assets).read_bytes() == b"v 0 0 0"
-    assert source.library is not None
-    assert (source.library / "ESRI.lib" / "rules" / "roof.cga").is_file()
+    assert source.choices.library is not None
+    assert (source.choices.library / "ESRI.lib" / "rules" / "roof.cga").is_file()
     assert find_rules(str(path)) == source
     assert source.path.is_relative_to(tmp_path / "tmp")
 
