@@ -16,7 +16,9 @@ from tests.browser.facades.editing import EditorPage
 
 IMAGES = Path(__file__).parents[1] / "images"
 FACADES = "grammars/facades"
-MILLISECONDS = 40_000
+MILLISECONDS = 120_000
+REST = 6_000
+"""Milliseconds without a new picture after which all are there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +32,9 @@ class Screen:
 
 
 class CommandServer(Server):
-    """Any command that serves a page."""
+    """Any command that serves a page, with its own pictures."""
+
+    module = "grammarlab"
 
     def __init__(self, command: tuple[str, ...], output: Path) -> None:
         super().__init__(command[0], output)
@@ -46,6 +50,17 @@ def new_models(page: Page) -> None:
     scoring = ScoringPage(page)
     expect(scoring.cell(0)).to_be_visible()
     scoring.expect_pictures()
+    # Quick pictures come first, and good ones take their places.
+    before, now = None, pictures_of(page)
+    while now != before:
+        page.wait_for_timeout(REST)
+        before, now = now, pictures_of(page)
+
+
+def pictures_of(page: Page) -> list[str]:
+    """The pictures of all models of a scoring page, as texts that differ."""
+    styles = "pictures => pictures.map(({ style }) => style.backgroundImage + style.backgroundPosition)"
+    return page.locator(".gl-cell .gl-picture").evaluate_all(styles)
 
 
 def one_column_more(page: Page) -> None:

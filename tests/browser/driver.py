@@ -29,7 +29,10 @@ def settle(page: Page) -> None:
 
 
 class Server:
-    """``grammarlab score`` in a process of its own, with rough pictures (`tests.browser.rough`)."""
+    """``grammarlab score`` in a process of its own, with rough pictures."""
+
+    module = "tests.browser.rough"
+    """Module of the command line."""
 
     def __init__(self, grammar: str, session: Path) -> None:
         self.grammar, self.session = grammar, session
@@ -38,7 +41,7 @@ class Server:
 
     def start(self, port: int = 0) -> Server:
         """Starts, and waits for the address."""
-        command = [sys.executable, "-m", "tests.browser.rough", *self.arguments(), "--no-browser", "--port", str(port)]
+        command = [sys.executable, "-m", self.module, *self.arguments(), "--no-browser", "--port", str(port)]
         with (self.session.parent / "log.txt").open("a") as log:
             self.process = subprocess.Popen(
                 command,
