@@ -73,6 +73,7 @@ def one_column_more(page: Page) -> None:
     page.mouse.click(*editor.element(2))
     editor.button("Lock part width").click()
     expect(page.get_by_role("list", name="Locks").get_by_role("listitem")).to_have_count(1)
+    expect(page.get_by_text("Computing variations")).to_be_hidden()
 
 
 def next_best(page: Page) -> None:

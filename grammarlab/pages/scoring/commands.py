@@ -78,7 +78,7 @@ def _layout(desk: SessionDesk, request: Request) -> Message:
 
 
 def _new_models(desk: SessionDesk, request: Request) -> Message:
-    desk.learning.populate(request.text("way", desk.display.record.way))
+    desk.learning.new_models(request.text("way", desk.display.record.way))
     return {"revision": desk.display.record.revision}
 
 

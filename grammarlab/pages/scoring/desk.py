@@ -12,7 +12,7 @@ from grammarlab.pages.record.model_grids import PAIRS, Body, ModelGrid
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.learning import Learning
-from grammarlab.pages.scoring.populate import NextModels, fresh_samples
+from grammarlab.pages.scoring.next_models import NextModels, fresh_samples
 from grammarlab.pages.scoring.session_files import FORMATS, Result, SessionFiles, answer_outcome
 from grammarlab.pages.windows import Answer, Message, Refuse
 from grammarlab.pages.workers.tasks import DrawContrast, FindPart, MakeGlb
@@ -129,7 +129,7 @@ class SessionDesk(AbstractDesk):
             size = after.rows * after.columns
             self.display.arrange([ModelGrid(grid.title, grid.models[:size]) for grid in record.grids])
         else:
-            self.learning.populate(record.way)
+            self.learning.new_models(record.way)
 
     def prepare_if_free(self) -> None:
         """Start learning after the first pictures."""

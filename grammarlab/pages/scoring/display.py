@@ -9,7 +9,7 @@ from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import MAX_GRID, PAIRS, Body, ModelGrid
 from grammarlab.pages.record.store import Store
 from grammarlab.pages.scoring.knowledge import Knowledge, ModelPool
-from grammarlab.pages.scoring.populate import NextModels, extended, laid_out, liked_models, mixed
+from grammarlab.pages.scoring.next_models import NextModels, extended, laid_out, liked_models, mixed
 from grammarlab.pages.scoring.sorting import Order, sorted_grids
 from grammarlab.pages.workers.tasks import Factors
 from grammarlab.randomness import derived_seed

@@ -12,7 +12,7 @@ from grammarlab.errors import UsageError, shown
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.knowledge import ModelPool
-from grammarlab.pages.scoring.populate import (
+from grammarlab.pages.scoring.next_models import (
     LISTS,
     WAYS,
     NextModels,
@@ -81,7 +81,7 @@ class Learning:
         self._behind_revision = -1
         """`Record.label_revision` of the scores that were learned from last while the person went on."""
 
-    def populate(self, way: str) -> None:
+    def new_models(self, way: str) -> None:
         """Show other models, at once or after they have been chosen; of two requests the later one is used.
 
         Raises:
@@ -95,7 +95,7 @@ class Learning:
         """Show further models of the same strategy below those that are shown; they stay."""
         display = self._display
         if display.record.way == PAIRS or display.is_full:
-            self.populate(display.record.way)
+            self.new_models(display.record.way)
         else:
             self._next_models(display.record.way, display.extend)
 

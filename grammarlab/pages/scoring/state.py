@@ -10,7 +10,7 @@ from grammarlab.pages.record.judgements import Scores, compared
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.scoring.desk import SessionDesk
 from grammarlab.pages.scoring.display import SessionDisplay
-from grammarlab.pages.scoring.populate import WAYS
+from grammarlab.pages.scoring.next_models import WAYS
 from grammarlab.pages.windows import PROTOCOL, Message
 from grammarlab.pages.workers.tasks import Predictions, Singles
 from grammarlab.preference.labels import Kind

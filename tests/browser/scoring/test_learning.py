@@ -50,7 +50,7 @@ def uncertain(towers):
     return towers.look("cells => cells.map(cell => Number(cell.ariaLabel.match(/± (\\d+)/)?.[1]))")
 
 
-def populate(towers, way):
+def show_new(towers, way):
     before = towers.models()
     towers.page.get_by_role("button", name="by ").click()
     towers.page.get_by_role("radio", name=way).first.click()
@@ -92,7 +92,7 @@ def test_models_come_in_all_ways(learned):
         ("as learned", 2),
         ("default", 2),
     ):
-        populate(learned, way)
+        show_new(learned, way)
         expect(learned.page.get_by_role("button", name="by ")).to_contain_text(way.removesuffix(" all"))
         headings = learned.page.locator(".gl-title")
         assert headings.count() >= titles, way
@@ -122,9 +122,9 @@ def test_scrolling_on_shows_what_is_in_line_below_and_the_last_score_asks_for_ot
 
 @takes_turns
 def test_already_ranked_shows_scored_models_with_their_scores(learned):
-    populate(learned, "surprising")
+    show_new(learned, "surprising")
     expect(learned.page.locator(".gl-cell .gl-score:not(:empty)")).to_have_count(32)
-    populate(learned, "default")
+    show_new(learned, "default")
 
 
 @takes_turns

@@ -16,7 +16,7 @@ from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.record.store import About, Store
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.learning import WIDER_POOL, Learning
-from grammarlab.pages.scoring.populate import NextModels, fresh_samples
+from grammarlab.pages.scoring.next_models import NextModels, fresh_samples
 from grammarlab.pages.scoring.state import state_of
 from grammarlab.pages.windows import Message
 from grammarlab.pages.workers.tasks import Choose, Features, LearnedUpdate, Predictions, Prepare, Singles, Update
@@ -116,7 +116,7 @@ def person(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[_Person]
 @pytest.mark.parametrize("way", ["uniform", "density", "uncertainty", "default"])
 def test_models_in_line_are_none_that_are_shown_and_nobody_waits_for_more(person: _Person, way: str):
     person.learn_behind(())
-    person.learning.populate(way)
+    person.learning.new_models(way)
     if way != "default":
         person.learners.end(Choose, person.rest(32))
     before = person.shown
@@ -141,12 +141,12 @@ def test_models_in_line_are_none_that_are_shown_and_nobody_waits_for_more(person
 
 def test_halves_of_liked_and_disliked_models_stay_halves(person: _Person):
     person.learn_behind(())
-    person.learning.populate("density")
+    person.learning.new_models("density")
     person.learners.end(Choose, person.rest(32))
     line = person.rest(32)
     person.learners.end(Choose, line)
     person.score(line[3:5])
-    person.learning.populate("density")
+    person.learning.new_models("density")
     liked, disliked = person.display.record.grids
     assert liked.models == (*line[:3], *line[5:16])
     assert disliked.models == (*line[16:19], *line[21:])
@@ -159,14 +159,14 @@ def test_samples_without_a_choice_are_not_said_to_tell_the_most(person: _Person)
     person.score([person.display.pool.names[1]])
     person.learning.learn_behind()
     person.learners.end(Update, learned)
-    person.learning.populate("default")
+    person.learning.new_models("default")
     assert person.titles == ["may be liked, the best first", "to score"]
 
 
 def test_once_there_are_no_samples_others_are_chosen(person: _Person):
     person.score(person.display.pool.samples)
     person.learn_behind(())
-    person.learning.populate("default")
+    person.learning.new_models("default")
     chosen = [name for name in person.display.pool.names if Address.parse(name).flat][:4]
     assert not person.display.message
     person.learners.end(Choose, chosen)
@@ -174,7 +174,7 @@ def test_once_there_are_no_samples_others_are_chosen(person: _Person):
 
 
 def test_both_models_of_the_next_pairs_are_drawn_ahead(person: _Person):
-    person.learning.populate(PAIRS)
+    person.learning.new_models(PAIRS)
     person.learn_behind(line := person.rest(16))
     assert person.learning.upcoming() == list(line)
     assert _state(person)["line"] == list(line[:8])

@@ -149,7 +149,7 @@ def widened(session: Session, window: Window) -> dict:
     return state
 
 
-def populated(session: Session, way: str) -> list[str]:
+def newly_shown(session: Session, way: str) -> list[str]:
     window = Window(session)
     session.call("new_models", way=way)
     return shown_models(window.state(lambda state: state["way"] == way and not state["updating"]))
@@ -183,7 +183,7 @@ def test_what_is_undone_later_does_not_take_the_models_away(session: Session):
     offered = ModelPool(0, SIZE, wide=True).index
     assert set(state["models"]) <= set(offered)
     assert all(model in offered for model in shown_models(state))
-    assert any(model not in ModelPool(0, SIZE).index for model in populated(session, "uniform"))
+    assert any(model not in ModelPool(0, SIZE).index for model in newly_shown(session, "uniform"))
 
 
 def test_a_session_that_is_opened_again_offers_the_same_models(session: Session, tmp_path: Path, posts: str):
@@ -199,7 +199,7 @@ def test_a_session_that_is_opened_again_offers_the_same_models(session: Session,
         after = other.state(lambda state: state["fresh"])
         assert after["models"] == before["models"]
         for way in ("uniform", "default"):
-            assert populated(again, way) == populated(session, way)
+            assert newly_shown(again, way) == newly_shown(session, way)
 
 
 def test_a_file_of_before_is_widened_once_it_is_learned_from(tmp_path: Path, posts: str):

@@ -247,7 +247,7 @@ def test_a_score_that_is_sent_again_counts_once(session: Session, tmp_path: Path
         assert later.call("state")[0]["models"][models[0]]["score"] == 10.0
 
 
-def test_populate_leaves_scored_models_and_shows_others(session: Session):
+def test_new_models_leave_scored_models_and_shows_others(session: Session):
     models = shown_models(session.call("state")[0])
     session.call("score", models=models[:4], score=1)
     seen = set(models)

@@ -18,7 +18,7 @@ from grammarlab.pages.record.judgements import Judgement, compared
 from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.scoring.knowledge import ModelPool
-from grammarlab.pages.scoring.populate import LISTS, WAYS
+from grammarlab.pages.scoring.next_models import LISTS, WAYS
 from grammarlab.pages.workers.artist import artist
 from grammarlab.pages.workers.learner import learner
 from grammarlab.pages.workers.tasks import (

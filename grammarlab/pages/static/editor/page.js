@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source a128b636c4949b53 */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source caa1183e39e1259c */
 
 // shared/ahead.js
 var Ahead = class {

@@ -8,7 +8,7 @@ import pytest
 
 from grammarlab.pages.record.model_grids import PAIRS, GridLayout, ModelGrid, check_shown
 from grammarlab.pages.scoring.knowledge import ModelPool
-from grammarlab.pages.scoring.populate import WAYS, NextModels, extended, laid_out, liked_models, mixed
+from grammarlab.pages.scoring.next_models import WAYS, NextModels, extended, laid_out, liked_models, mixed
 
 POOL = ModelPool(5, 200)
 RANDOM = np.random.default_rng(1)
