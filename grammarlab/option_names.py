@@ -15,6 +15,7 @@ _ARGUMENTS = frozenset(
         "corrections",
         "height",
         "jobs",
+        "library",
         "method",
         "no_models",
         "num_models",

@@ -11,9 +11,9 @@ import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -21,9 +21,6 @@ from grammarlab.errors import GrammarlabError, LanguageError, UsageError, Worker
 from grammarlab.extras import named_extras
 from grammarlab.option_names import with_options
 from grammarlab.printable import printable
-
-if TYPE_CHECKING:
-    from grammarlab.language.presets import RuleChoices
 
 FAILURE, USAGE, INTERRUPTED = 1, 2, 130
 Scheduler = Annotated[
@@ -149,25 +146,3 @@ def _say_with(advice: Callable[[], str], message: str) -> None:
     say(message)
     if words := advice():
         say(words)
-
-
-def choices_of(
-    grammar: str, start_rule: str, attributes: list[str] | None, style: str, library: Path | None
-) -> RuleChoices:
-    """The choices of a user for a file; the file tells the types of the values.
-
-    Raises:
-        GrammarlabError: If the file cannot be read, or a value has another type than its attribute.
-    """
-    from grammarlab.language.attribute_values import read_attributes
-    from grammarlab.language.grammar import Grammar
-    from grammarlab.language.presets import RuleChoices
-    from grammarlab.runs.sample.shipped import SUFFIX, find_rules
-
-    choices = RuleChoices(library, style, start_rule)
-    if not attributes:
-        return choices
-    source = find_rules(grammar, choices=RuleChoices(library, style))
-    if source.suffix != SUFFIX:
-        raise UsageError(f"{grammar}: only attributes of {SUFFIX} files can be chosen; leave out --attr.")
-    return replace(choices, attributes=read_attributes(attributes, Grammar.parse(source.text(), source.file)))

@@ -14,13 +14,12 @@ from grammarlab.cli.console import (
     Scheduler,
     StartRule,
     StyleName,
-    choices_of,
     friendly_errors,
     print_json,
     say,
 )
 from grammarlab.cli.evaluate import PERSONS_HELP, complete_scenario
-from grammarlab.cli.sample import complete_grammar
+from grammarlab.cli.sample import choices_of, complete_grammar
 from grammarlab.files import check_overwrites
 from grammarlab.learning.targets.distance_words import divergence_share
 

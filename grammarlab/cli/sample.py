@@ -47,6 +47,7 @@ _REMARKS = {
 if TYPE_CHECKING:
     from grammarlab.errors import Finding
     from grammarlab.geometry.footprints.footprint import Remark
+    from grammarlab.language.presets import RuleChoices
     from grammarlab.runs.sample.run import RunResult
 
 
@@ -219,7 +220,7 @@ def sample(
             raise UsageError("which grammar or species? Give a file or a name that `grammarlab list` shows.")
         source = find_rules(grammar, assets, RuleChoices(library, style))
         models = opened_models(source.suffix, source.text(), source.name, source.assets)
-        _print_left_out(grammar, models.left_out())
+        print_left_out(grammar, models.left_out())
         chosen = read_model_numbers(models_text) if models_text else ()
         if chosen and not (footprint or area or was_given(context, "num_models")):
             num_models = max(num_models, chosen[-1] + 1)  # model k of a seed is the same in every run
@@ -282,7 +283,35 @@ def _refuse_without_models(context: typer.Context) -> None:
             raise UsageError(f"--no-models writes no files of models: leave out --{option}.")
 
 
-def _print_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
+def choices_of(
+    grammar: str, start_rule: str, attributes: list[str] | None, style: str, library: Path | None
+) -> RuleChoices:
+    """The choices of a user for a file, which tells the types of the values; prints its imports that cannot be read.
+
+    Raises:
+        GrammarlabError: If the file cannot be read, or a value has another type than its attribute.
+    """
+    from grammarlab.language.attribute_values import read_attributes
+    from grammarlab.language.grammar import Grammar
+    from grammarlab.language.presets import RuleChoices
+    from grammarlab.runs.sample.checks import unread_imports
+    from grammarlab.runs.sample.shipped import SUFFIX, find_rules
+
+    choices = RuleChoices(library, style, start_rule)
+    source = find_rules(grammar, choices=RuleChoices(library, style))
+    if source.suffix != SUFFIX:
+        if attributes:
+            raise UsageError(f"{grammar}: only attributes of {SUFFIX} files can be chosen; leave out --attr.")
+        return choices
+    text = source.text()
+    if attributes:
+        choices = replace(choices, attributes=read_attributes(attributes, Grammar.parse(text, source.file)))
+    if "import" in text:
+        print_left_out(grammar, unread_imports(Grammar.parse(text, source.file)))
+    return choices
+
+
+def print_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
     """Print ignored and unsupported features of the rules in a line or two; `check` lists their places."""
     harmless = {
         finding.message.partition(" is left out")[0].split()[-1]
@@ -294,6 +323,10 @@ def _print_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
         say(f"ignored, since no shape or colour depends on it: {_first(sorted(harmless))}")
     if serious:
         say(f"not supported: {_first(sorted(serious))} (`grammarlab check {grammar}` lists the places)")
+    if any(finding.code == "bad-import" for finding in findings):
+        from grammarlab.language.importing import LIBRARY_HINT
+
+        say(LIBRARY_HINT)
 
 
 def _first(names: list[str]) -> str:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.console import Attributes, Library, StartRule, StyleName, choices_of, friendly_errors, say
+from grammarlab.cli.console import Attributes, Library, StartRule, StyleName, friendly_errors, say
 from grammarlab.cli.page import page_opener
-from grammarlab.cli.sample import complete_grammar
+from grammarlab.cli.sample import choices_of, complete_grammar
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -19,6 +19,8 @@ RULES = "rules"
 """Name of the folder of rule files in a CityEngine project."""
 _OF_PROJECTS = ("assets", "scenes", ".project")
 """Names of what stands beside that folder in a project."""
+LIBRARY_HINT = "`library=DIR` names a folder of further projects, such as ESRI.lib, to import from"
+"""Hint about imports of files that are not there."""
 
 
 def load(path: str | Path, root: str | Path | None = None, library: str | Path | None = None) -> Grammar:
@@ -101,9 +103,7 @@ class _ImportReader:
             try:
                 grammar = Grammar.parse(read_text(path), str(path))
             except LanguageError as error:
-                first = error.findings[0]
-                message = f"cannot use '{statement.path}': {first.message} ({first.location})"
-                raise ImportProblemError(message, "") from error
+                raise unusable(statement, error.findings[0], f" ({error.findings[0].location})") from error
             self.read[path] = self.with_imports(grammar, path.parent, (*users, path))
         return self.read[path]
 
@@ -166,6 +166,18 @@ def _is_file(path: Path) -> bool:
         return path.is_file()
     except OSError:
         return False
+
+
+def unusable(statement: Import, finding: Finding, place: str = "") -> ImportProblemError:
+    """The problem of an import whose file cannot be read or parsed, as its first finding says.
+
+    Args:
+        statement: the import statement.
+        finding: the finding about the imported file.
+        place: where in that file it is.
+    """
+    hint = LIBRARY_HINT if finding.code == "missing-file" else ""
+    return ImportProblemError(f"cannot use '{statement.path}': {finding.message}{place}", hint)
 
 
 class ImportProblemError(Exception):

@@ -302,6 +302,18 @@ def test_labels_are_those_of_the_choices(run, rules, tmp_path):
     assert "about another grammar" in run("learn", grammar, "--labels", labels, code=2).stderr
 
 
+def test_imports_that_cannot_be_read_are_named_with_the_option_for_them(run, rules, tmp_path):
+    grammar = rules('import gone : "/ESRI.lib/rules/gone.cga"\n' + RULES)
+    labels = tmp_path / "labels.csv"
+    save_labels(Labels((Label(0, 0, "overall", 0.0, "0" * 64),)), labels)
+    lines = run("learn", grammar, "--labels", labels, code=2).stderr
+    assert re.search('not supported: the import "/ESRI.lib/rules/gone.cga".*\n--library DIR names a folder', lines)
+    (tmp_path / "ESRI.lib" / "rules").mkdir(parents=True)
+    (tmp_path / "ESRI.lib" / "rules" / "gone.cga").write_text("A --> NIL")
+    lines = run("learn", grammar, "--labels", labels, "--library", tmp_path, code=2).stderr
+    assert "not supported" not in lines
+
+
 def test_examples_are_those_of_the_choices(run, rules, tmp_path):
     grammar, other = rules(RULES), tmp_path / "other.cga"
     other.write_text(preset(Grammar.parse(RULES), "High").text)

@@ -244,6 +244,7 @@ def test_what_is_left_out_or_cannot_be_carried_out_is_told_once(run, rules, tmp_
     told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr.splitlines()
     assert told[0] == "ignored, since no shape or colour depends on it: reduceGeometry, setupUV"
     assert told[1].startswith('not supported: the import "gone.cga", which cannot be read')
+    assert told[2].startswith("--library DIR names a folder of further projects")
 
 
 MISSING = (

@@ -13,7 +13,7 @@ from grammarlab.language.checking.inference import ExpressionChecker
 from grammarlab.language.checking.symbols import EVERYTHING, Remarks, SupportedFeatures, Symbols, collect
 from grammarlab.language.checking.usage import BodyChecker
 from grammarlab.language.grammar import Grammar, read_text, start_rules
-from grammarlab.language.importing import MAX_FILES, ImportProblemError, import_roots, locate
+from grammarlab.language.importing import MAX_FILES, ImportProblemError, import_roots, locate, unusable
 from grammarlab.language.syntax.keywords import Scope
 from grammarlab.language.syntax.parse import Parsed, parse
 from grammarlab.language.syntax.syntax_tree import Attribute, Function, Import, Rule, RuleFile, Style, Variable
@@ -226,7 +226,7 @@ class _Checker:
             try:
                 text = read_text(path)
             except LanguageError as error:
-                raise ImportProblemError(f"cannot use '{statement.path}': {error.findings[0].message}", "") from error
+                raise unusable(statement, error.findings[0]) from error
             self.read(path, self._name(path), text, users)
         return self.symbols.get(path)
 

@@ -154,11 +154,15 @@ def unsupported_features(grammar: Grammar) -> tuple[Finding, ...]:
         for finding in check(grammar, SUPPORTED)
         if finding.severity == "unsupported" or finding.code == "left-out"
     )
-    unread = (
+    return (*unread_imports(grammar), *findings)
+
+
+def unread_imports(grammar: Grammar) -> tuple[Finding, ...]:
+    """The imports that are left in the text from `AbstractDomain.read`, since they cannot be read."""
+    return tuple(
         Finding("unsupported", "bad-import", f'the import "{statement.path}", which cannot be read', statement.location)
         for statement in grammar.imports.values()
     )
-    return (*unread, *findings)
 
 
 def _files(name: str, assets: Path) -> Iterator[Path]:

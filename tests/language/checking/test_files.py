@@ -77,6 +77,7 @@ def test_imports_that_cannot_be_followed_are_reported_at_their_place(tmp_path, t
     (finding,) = one.findings
     assert (finding.code, finding.location.line) == ("bad-import", 1)
     assert re.search(message, finding.message)
+    assert ("`library=DIR`" in finding.hint) == ("cannot read" in finding.message)
 
 
 def test_a_file_beside_stands_in_for_one_in_folders_that_are_lost_but_not_for_itself(tmp_path):
