@@ -65,10 +65,10 @@ def preset(
 ) -> Grammar:
     """A rule file with one start rule, and with constants as values of attributes.
 
-    The chosen rule alone is marked ``@StartRule``. Attributes keep their annotations; conditions and random choices of
-    their values are replaced. Everything else keeps its text. Draws are numbered through the text
-    (`grammarlab.language.syntax.syntax_tree.number`), so a value that replaces a function, a name or a choice changes
-    the draws behind it, though not their density.
+    The chosen rule alone is marked ``@StartRule``, unless it is the start rule without a mark. Attributes keep their
+    annotations; conditions and random choices of their values are replaced. Everything else keeps its text. Draws are
+    numbered through the text (`grammarlab.language.syntax.syntax_tree.number`), so a value that replaces a function, a
+    name or a choice changes the draws behind it, though not their density.
 
     Args:
         grammar: a rule file.
@@ -125,6 +125,8 @@ def _start_edits(grammar: Grammar, name: str) -> Iterator[tuple[int, int, str]]:
         has_parameters = any(rule.name == name for rule in grammar.rules.values())
         problem = "has parameters; expected a rule without" if has_parameters else "is not a rule of the file"
         raise UsageError(f"start rule {name!r:.80} {problem}; {nearest_names(name, names)}")
+    if all(rule is start_rule for rule in grammar.start_rules):
+        return
     for node, (start, end) in zip(default_style(grammar.tree), grammar.tree.spans, strict=False):
         if not isinstance(node, Rule) or is_start_rule(node) == (node is start_rule):
             continue

@@ -86,9 +86,9 @@ def answers_of(labels: Labels, hashes: tuple[str, str]) -> tuple[Answers, ...]:
     if foreign:
         raise UsageError(
             f"{len(foreign):,} of {len(labels):,} labels are about another grammar: expected {hashes[0][:16]}…, found "
-            f"{foreign[0][:16]}…. The file has changed since the models were scored, or it is another one. Learn "
-            "from the file that was scored (the beginning of its SHA-256 tells it), or score models of this one "
-            "anew."
+            f"{foreign[0][:16]}…. The file has changed since the models were scored, it is another one, or they "
+            "were scored with another start rule, style, library or other values of attributes. Learn from the "
+            "file that was scored (the beginning of its SHA-256 tells it), or score models of this one anew."
         )
     total = len(set(addresses))
     if total > MAX_DESIGNS:

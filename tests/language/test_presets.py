@@ -52,6 +52,8 @@ def test_models_of_a_preset_are_those_of_the_same_choices_in_a_derivation(start,
 def test_a_preset_of_nothing_is_the_grammar_and_all_other_text_is_kept():
     grammar = Grammar.parse(TEXT)
     assert preset(grammar) is grammar
+    unmarked = Grammar.parse("Lot --> A  House --> B")
+    assert preset(unmarked, "Lot") is unmarked
     chosen = preset(grammar, "House", {"height": 4, "floors": 3})
     changed = TEXT.replace("height = 3 //", "height = 4 //").replace("\n    20% : 1\n    else : rand(2, 5)", " 3")
     changed = changed.replace("@Hidden @StartRule\nLot", "@Hidden Lot").replace("@startrule( )\nstart Other", "Other")

@@ -8,6 +8,7 @@ from contextlib import closing
 import pytest
 
 from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.language.presets import RuleChoices
 from grammarlab.notebook import RuleView, ScoringSession
 from tests.waiting import PATIENCE, wait_until
 
@@ -69,6 +70,19 @@ def test_the_scores_of_a_closed_session_are_there_when_it_is_opened_again(sessio
     (tmp_path / "toy.cga").write_text("Lot --> extrude(3)")
     with pytest.raises(UsageError, match="another grammar"):
         ScoringSession(str(tmp_path / "toy.cga"), tmp_path / "toys.db")
+
+
+def test_choices_for_a_rule_file_belong_to_the_session(sent, tmp_path):
+    rules = tmp_path / "tower.cga"
+    rules.write_text("attr h = 3  Lot --> extrude(h)  House --> extrude(h) B")
+    options = {"path": tmp_path / "towers.db", "jobs": 0}
+    choices = RuleChoices(start_rule="House", attributes={"h": 5})
+    first = ScoringSession(str(rules), choices=choices, **options)
+    again = ScoringSession(str(rules), choices=RuleChoices(start_rule="House", attributes={"h": 5}), **options)
+    assert again.do("state")["grids"] == first.do("state")["grids"]
+    with pytest.raises(UsageError, match="start rule House, now Lot; attribute h = 5, now 3"):
+        ScoringSession(str(rules), **options)
+    again.close()
 
 
 def processes():

@@ -97,7 +97,9 @@ def _differences(before: About, now: About) -> str:
     except LanguageError:  # an earlier version may have read what this one does not
         return ""
     rest = f" and {len(differences) - _MAX_DIFFERENCES} more" if len(differences) > _MAX_DIFFERENCES else ""
-    return f" They differ in: {'; '.join(differences[:_MAX_DIFFERENCES])}{rest}." if differences else ""
+    if not differences:
+        return ""
+    return f" They differ in: {'; '.join(differences[:_MAX_DIFFERENCES])}{rest}. The same choices open it again."
 
 
 def _check(path: Path, seed: int, size: int | None) -> None:
