@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from grammarlab.cli.rule_graph import RuleGraph
     from grammarlab.language.grammar import Grammar
     from grammarlab.language.syntax.syntax_tree import Attribute, Rule
+    from grammarlab.runs.sample.shipped import RuleSource
 
 _WIDEST = 30
 """Letters of a name that are always in one line."""
@@ -66,7 +67,7 @@ def show(
         ),
     ] = None,
     everything: Annotated[bool, typer.Option("--all", help="List equal shapes one by one, or all parameters.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print a model, or a species, as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the tables, a model, or a species, as JSON.")] = False,
 ) -> None:
     """Show a grammar or a species as tables, or how a model was made.
 
@@ -109,28 +110,41 @@ def show(
             for line in as_lines(trace, everything):
                 print_result(line)
             return
-        _require_model(context)
-        from rich.console import Console
-        from rich.text import Text
+        _require_model(context, free=("as_json",))
+        _show_rules(source, graph, as_json)
 
-        from grammarlab.cli.rule_graph import rule_graph
-        from grammarlab.language.grammar import Grammar
-        from grammarlab.language.syntax.builtins import blocks, operations
 
-        parsed = Grammar.parse(source.text(), str(source.path))
-        start = parsed.start_rule
-        names = frozenset(operations()) | frozenset(blocks()) | {"NIL"}
-        symbols = rule_graph(parsed.rules.values(), start.name if start else "", names)
-        if graph is not None:
-            _draw(symbols, graph)
-            return
-        console = Console()
-        console.print(Text(printable(_summary(parsed, symbols))))
-        if parsed.rules:
-            console.print(_rule_table(parsed.rules.values(), symbols))
-        free = [attribute for attribute in parsed.attributes.values() if not attribute.constant]
-        if free:
-            console.print(_attribute_table(free))
+def _show_rules(source: RuleSource, graph: Path | None, as_json: bool) -> None:
+    """Show a rule file as a drawing, as JSON or as tables."""
+    from grammarlab.cli.rule_graph import rule_graph
+    from grammarlab.language.grammar import Grammar
+    from grammarlab.language.syntax.builtins import blocks, operations
+
+    parsed = Grammar.parse(source.text(), str(source.path))
+    start = parsed.start_rule
+    names = frozenset(operations()) | frozenset(blocks()) | {"NIL"}
+    symbols = rule_graph(parsed.rules.values(), start.name if start else "", names)
+    if graph is not None:
+        if as_json:
+            raise UsageError("--graph draws the rules, --json prints them: give one of them.")
+        _draw(symbols, graph)
+        return
+    counts = _counts(parsed, symbols)
+    rules = _rule_rows(parsed.rules.values(), symbols)
+    free = _attribute_rows(attribute for attribute in parsed.attributes.values() if not attribute.constant)
+    if as_json:
+        print_json({"file": parsed.file, "counts": counts, "rules": rules, "attributes": free})
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console()
+    totals = ", ".join(f"{name}: {count}" for name, count in counts.items())
+    console.print(Text(printable(f"{parsed.file}\n{totals}")))
+    if rules:
+        console.print(_rule_table(rules))
+    if free:
+        console.print(_attribute_table(free))
 
 
 def _require_model(context: typer.Context, free: Container[str] = ()) -> None:
@@ -154,37 +168,31 @@ def _draw(symbols: RuleGraph, path: Path) -> None:
     say(f"rule graph: {path}")
 
 
-def _summary(grammar: Grammar, symbols: RuleGraph) -> str:
+def _counts(grammar: Grammar, symbols: RuleGraph) -> dict[str, int]:
+    """Numbers of the parts of a grammar, by their plural."""
     from grammarlab.language.syntax.syntax_tree import Stochastic, alternatives, walk
 
     leaves = sum(kind == "terminal" for kind in symbols.kind.values())
     branches = sum(len(list(alternatives(rule.body))) for rule in grammar.rules.values())
     choices = sum(isinstance(node, Stochastic) for node in walk(grammar.tree))
     constants = sum(attribute.constant for attribute in grammar.attributes.values())
-    counts = {
-        "symbol": len(symbols.kind),
-        "leaf symbol": leaves,
-        "rule": len(grammar.rules),
-        "branche": branches,
-        "attribute": len(grammar.attributes) - constants,
-        "constant": constants,
-        "function": len(grammar.functions),
-        "random choice": choices,
+    return {
+        "symbols": len(symbols.kind),
+        "leaf symbols": leaves,
+        "rules": len(grammar.rules),
+        "branches": branches,
+        "attributes": len(grammar.attributes) - constants,
+        "constants": constants,
+        "functions": len(grammar.functions),
+        "random choices": choices,
     }
-    return f"{grammar.file}\n" + ", ".join(f"{name}s: {count}" for name, count in counts.items())
 
 
-def _attribute_table(attributes: list[Attribute]) -> Table:
-    from rich.table import Table
-    from rich.text import Text
-
+def _attribute_rows(attributes: Iterable[Attribute]) -> list[dict[str, Any]]:
+    """The attributes as plain values."""
     from grammarlab.language.syntax.printing import expression, value
 
-    table = Table(title="Attributes", title_justify="left", expand=True)
-    _add_names(table, "Attribute", (attribute.name for attribute in attributes))
-    for heading in ("Value", "Range", "Group", "Description"):
-        table.add_column(heading, overflow="fold", ratio=2 if heading == "Description" else 1)
-    table.add_column("Line", justify="right")
+    rows: list[dict[str, Any]] = []
     for attribute in attributes:
         notes = {
             note.name.lower(): ", ".join(
@@ -192,15 +200,29 @@ def _attribute_table(attributes: list[Attribute]) -> Table:
             )
             for note in attribute.annotations
         }
-        cells = (
-            attribute.name,
-            value(attribute.value),
-            notes.get("range", "") or notes.get("enum", ""),
-            notes.get("group", "").replace('"', ""),
-            notes.get("description", "").strip('"'),
-            str(attribute.location.line),
+        rows.append(
+            {
+                "attribute": attribute.name,
+                "value": value(attribute.value),
+                "range": notes.get("range", "") or notes.get("enum", ""),
+                "group": notes.get("group", "").replace('"', ""),
+                "description": notes.get("description", "").strip('"'),
+                "line": attribute.location.line,
+            }
         )
-        table.add_row(*(Text(printable(cell)) for cell in cells))
+    return rows
+
+
+def _attribute_table(rows: list[dict[str, Any]]) -> Table:
+    from rich.table import Table
+
+    table = Table(title="Attributes", title_justify="left", expand=True)
+    _add_names(table, "Attribute", (row["attribute"] for row in rows))
+    for heading in ("Value", "Range", "Group", "Description"):
+        table.add_column(heading, overflow="fold", ratio=2 if heading == "Description" else 1)
+    table.add_column("Line", justify="right")
+    for row in rows:
+        _add_row(table, row.values())
     return table
 
 
@@ -210,31 +232,46 @@ def _add_names(table: Table, heading: str, names: Iterable[str]) -> None:
     table.add_column(heading, overflow="fold", width=max(min(widest, _WIDEST), len(heading)))
 
 
-def _rule_table(rules: Iterable[Rule], symbols: RuleGraph) -> Table:
-    from rich.table import Table
+def _add_row(table: Table, cells: Iterable[object]) -> None:
     from rich.text import Text
 
+    table.add_row(*(Text(printable(str(cell))) for cell in cells))
+
+
+def _rule_rows(rules: Iterable[Rule], symbols: RuleGraph) -> list[dict[str, Any]]:
+    """The rules as plain values."""
+    leads_to = symbols.neighbours()
+    rows: list[dict[str, Any]] = []
+    for rule in rules:
+        probabilities, branches = _probabilities(rule)
+        rows.append(
+            {
+                "rule": rule.name,
+                "parameters": list(rule.parameters),
+                "start": symbols.kind[rule.name] == "start",
+                "branches": branches,
+                "probabilities": probabilities,
+                "leads to": sorted(leads_to[rule.name]),
+                "line": rule.location.line,
+            }
+        )
+    return rows
+
+
+def _rule_table(rows: list[dict[str, Any]]) -> Table:
+    from rich.table import Table
+
     table = Table(title="Rules", title_justify="left", expand=True)
-    rules = tuple(rules)
-    start = {rule: "@StartRule " if symbols.kind[rule.name] == "start" else "" for rule in rules}
-    _add_names(table, "Rule", (start[rule] + rule.name for rule in rules))
+    start = ["@StartRule " if row["start"] else "" for row in rows]
+    _add_names(table, "Rule", (mark + row["rule"] for mark, row in zip(start, rows, strict=True)))
     table.add_column("Branches", justify="right")
     for heading in ("Probabilities", "Leads to"):
         table.add_column(heading, overflow="fold", ratio=1, min_width=len(heading))
     table.add_column("Line", justify="right")
-    leads_to = symbols.neighbours()
-    for rule in rules:
-        parameters = f"({', '.join(rule.parameters)})" if rule.parameters else ""
-        probabilities, branches = _probabilities(rule)
-        successors = ", ".join(sorted(leads_to[rule.name]))
-        cells = (
-            start[rule] + rule.name + parameters,
-            str(branches),
-            probabilities,
-            successors,
-            str(rule.location.line),
-        )
-        table.add_row(*(Text(printable(cell)) for cell in cells))
+    for mark, row in zip(start, rows, strict=True):
+        parameters = f"({', '.join(row['parameters'])})" if row["parameters"] else ""
+        name, successors = mark + row["rule"] + parameters, ", ".join(row["leads to"])
+        _add_row(table, (name, row["branches"], row["probabilities"], successors, row["line"]))
     return table
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from grammarlab.assets.mesh_files import MAX_BYTES
+from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.shipped import find_rules, shipped_examples, shipped_facades, shipped_species
 from grammarlab.runs.sample.shipped_sheet import save_sheet
 from grammarlab.runs.work.executors import SERIAL
@@ -116,6 +117,21 @@ def test_show_gives_probabilities_and_ranges(run, rules, monkeypatch):
     assert "min=1, max=9" in text
     assert "rand(3, 9)" in text
     assert "@StartRule Lot" in text
+
+
+def test_the_tables_are_printed_as_json_with_the_same_values(run, rules, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "400")
+    path = rules(TOWER)
+    values, text = json.loads(run("show", path, "--json").stdout), run("show", path).stdout
+    grammar = Grammar.parse(path.read_text())
+    assert [(row["rule"], len(row["parameters"])) for row in values["rules"]] == list(grammar.rules)
+    assert [row["rule"] for row in values["rules"] if row["start"]] == [rule.name for rule in grammar.start_rules]
+    free = [attribute.name for attribute in grammar.attributes.values() if not attribute.constant]
+    assert [row["attribute"] for row in values["attributes"]] == free
+    assert all(f"{name}: {count}" in text for name, count in values["counts"].items())
+    cells = [str(cell) for row in (*values["rules"], *values["attributes"]) for cell in row.values()]
+    assert all(cell in text for cell in cells if cell not in ("True", "False") and not cell.startswith("["))
+    assert "give one of them" in run("show", path, "--json", "--graph", "rules.svg", code=2).stderr
 
 
 def test_names_are_whole_in_80_columns_and_rules_come_first(run, monkeypatch):

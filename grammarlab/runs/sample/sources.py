@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, overload
 
+from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.presets import NO_CHOICES, RuleChoices
 from grammarlab.runs.sample.checks import grammar_to_run
@@ -79,4 +80,8 @@ def load_source(scenario: Path) -> Source:
 
     loaded = load_scenario(scenario)
     rules = find_rules(loaded.grammar, choices=loaded.choices)
-    return Source(loaded, opened(rules.suffix, rules.text(), rules.name, rules.assets))
+    try:
+        text = rules.text()
+    except UsageError as error:  # about a start rule or an attribute
+        raise UsageError(f"{scenario}: {error}") from error
+    return Source(loaded, opened(rules.suffix, text, rules.name, rules.assets))

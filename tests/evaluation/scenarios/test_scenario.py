@@ -127,6 +127,14 @@ def test_choices_for_the_rule_file_belong_to_the_scenario(tmp_path):
         parse(both + 'start = "Lot"', tmp_path / "test.toml")
 
 
+def test_a_choice_that_does_not_fit_is_refused_with_the_scenario(tmp_path):
+    path = tmp_path / "small.toml"
+    for choice, says in [('start = "Strat"', "did you mean 'Start'"), ("attributes = {h1 = true}", "a finite number")]:
+        path.write_text(SMALL.replace('"toy"\n', f'"toy"\n{choice}\n'))
+        with pytest.raises(UsageError, match=f"small.toml: .*{says}"):
+            load_source(path)
+
+
 def test_a_preference_may_be_an_expression():
     head, _, _ = SMALL.partition("[[preference]]")
     text = head.replace("[definitions]", 'preference = "100 * low / (1 + orange)"\n[definitions]')
