@@ -315,13 +315,14 @@ def test_imports_that_cannot_be_read_are_named_with_the_option_for_them(run, rul
 
 
 def test_examples_are_those_of_the_choices(run, rules, tmp_path):
-    grammar, other = rules(RULES), tmp_path / "other.cga"
-    other.write_text(preset(Grammar.parse(RULES), "High").text)
-    run("sample", other, "-n", "4", "--no-image", "-o", tmp_path / "run")
+    grammar = rules(RULES)
+    choices = ("--start", "High", "--attr", "height=4")
+    run("sample", grammar, *choices, "-n", "4", "--no-image", "-o", tmp_path / "run")
     examples = ("--examples", tmp_path / "run", "-o", tmp_path / "red.cga")
-    assert "4 examples" in run("learn", grammar, "--start", "High", *examples).stderr
+    assert "4 examples" in run("learn", grammar, *choices, *examples).stderr
     learned = Grammar.parse((tmp_path / "red.cga").read_text())
     assert {rule.name.partition("_")[0] for rule in learned.start_rules} == {"High"}
+    assert "begin with another rule, which --start chooses" in run("learn", grammar, *examples, code=2).stderr
 
 
 def test_without_anything_to_learn_from_help_is_given(run, files):

@@ -344,5 +344,6 @@ class _Slots:
         if not fits:
             raise UsageError(
                 "the examples are not models of this grammar: its symbols or rules differ, or they begin with "
-                "another rule. Learn from models that the rule file itself can make; percentages may differ."
+                "another rule, which `start_rule=` chooses. Learn from models that the rule file itself can make; "
+                "percentages may differ."
             )
