@@ -78,7 +78,14 @@ def _components(compiler: Compiler, node: Components) -> Code:
     location = node.location
 
     def evaluate(shapes: Shapes, workspace: Workspace) -> Value:
-        call = BoundCall("comp", shapes, arguments(shapes, workspace), shapes, workspace, location)
+        call = BoundCall(
+            name="comp",
+            shapes=shapes,
+            arguments=arguments(shapes, workspace),
+            origin=shapes,
+            workspace=workspace,
+            location=location,
+        )
         selections, counts = select_components(call, heads(shapes, workspace))
         return _of_components(call, selections, counts, codes)
 

@@ -173,7 +173,15 @@ class SequenceCompiler:
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
             if is_occluder and workspace.collector is not None:
                 workspace.collector.add(visible(shapes))
-            return apply(BoundCall(name, shapes, arguments(shapes, workspace), origin, workspace, location))
+            call = BoundCall(
+                name=name,
+                shapes=shapes,
+                arguments=arguments(shapes, workspace),
+                origin=origin,
+                workspace=workspace,
+                location=location,
+            )
+            return apply(call)
 
         return step
 
@@ -229,7 +237,16 @@ class SequenceCompiler:
                 workspace.collector.add(visible(shapes))
             bare_parts = () if workspace.recorder.has_leaves else bare
             values = arguments(shapes, workspace)
-            call = BoundCall(name, shapes, values, origin, workspace, location, has_index, bare_parts)
+            call = BoundCall(
+                name=name,
+                shapes=shapes,
+                arguments=values,
+                origin=origin,
+                workspace=workspace,
+                location=location,
+                has_index=has_index,
+                bare=bare_parts,
+            )
             parts = divide(call, heads(shapes, workspace))
             for part, body, random in zip(parts, bodies, draws, strict=True):
                 if part.shapes.num:
@@ -250,7 +267,14 @@ class SequenceCompiler:
         bodies = tuple(self.body(part.body, in_block=True) for part, *_ in parts)
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
-            call = BoundCall("modify", shapes, arguments(shapes, workspace), origin, workspace, location)
+            call = BoundCall(
+                name="modify",
+                shapes=shapes,
+                arguments=arguments(shapes, workspace),
+                origin=origin,
+                workspace=workspace,
+                location=location,
+            )
             bound = (*heads(shapes, workspace), UNTOUCHED)
             found: list[Shapes] = []
 

@@ -45,7 +45,8 @@ def setup_projection(call: BoundCall) -> Shapes:
         share = _reciprocal(_tile(call, numbers[row], np.abs(shapes.size[:, axis])))
         offset = call.length(numbers[2 + row], axis) if len(numbers) > 2 + row else 0.0
         maps[:, row, :3] = gradient * share[:, None]
-        maps[:, row, 3] = -(offset + np.einsum("ni,ni->n", gradient, origin)) * share
+        # Subtracted from 0, since a coordinate without an offset is 0, not -0.
+        maps[:, row, 3] = (0.0 - (offset + np.einsum("ni,ni->n", gradient, origin))) * share
     ids = call.workspace.texture_maps.add(maps, np.zeros(shapes.num, dtype=bool))
     return shapes._replace(state={**shapes.state, projection_name(uv_set): ids})
 
