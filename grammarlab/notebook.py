@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Unpack
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.extras import named_extras
 from grammarlab.language.presets import NO_CHOICES
 from grammarlab.pages import STATIC
@@ -38,7 +39,7 @@ class _OpenSession:
     path: Path
     """Resolved path of the session file."""
     inode: int
-    inputs: tuple[str, Path, SessionOptions]
+    inputs: tuple[str, AssetRoot, SessionOptions]
     """Text of the file, folder of its assets, and options of the session."""
     newest: str = ""
     """Identifier of the newest widget of the session."""

@@ -2,9 +2,6 @@
 
 A file may come from a stranger: it and the files it refers to are read only from inside the asset folder, and its size
 is bounded before and after it is expanded.
-
-CityEngine resolves ``assets/trees/oak.obj`` from the root of a project, and ``/City/assets/trees/oak.obj`` from the
-root of a workspace of projects. Here there is one asset folder, so `meanings` removes the folders above it.
 """
 
 from __future__ import annotations
@@ -21,6 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.asset_roots import AssetRoot, Place, place_of, places
 from grammarlab.assets.image_paths import INSIDE, image_beside
 from grammarlab.assets.mesh_parts import MeshPart, Neighbours, PartMaterial, as_one_mesh, require_few_materials, welded
 from grammarlab.assets.srgb import srgb_from_linear
@@ -29,9 +27,6 @@ from grammarlab.files import read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 
 PART_FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off", ".stl")
-_PROJECT_FOLDERS = frozenset({"assets", "data", "images", "maps", "models"})
-_MAX_FOLDERS = 12
-"""Largest number of leading folders that are removed from a path."""
 _ASSET_FORMATS = (".obj", ".glb", ".gltf")
 MAX_BYTES = 64 * 2**20
 """Largest size of an asset file in bytes."""
@@ -76,7 +71,7 @@ class _Parsed(NamedTuple):
         values = 0 if meshes.data is None else meshes.data.values.nbytes
         return meshes.points.nbytes + meshes.corners.nbytes + meshes.face_offsets.nbytes + values
 
-    def is_current(self, root: Path) -> bool:
+    def is_current(self, root: AssetRoot) -> bool:
         """Whether none of its files has changed since."""
         return all(_stamp(name, root) == stamp for name, stamp in self.stamps)
 
@@ -94,9 +89,9 @@ class _ParsedAssets:
 
     def __init__(self, most_bytes: int) -> None:
         self._most_bytes = most_bytes
-        self._entries: dict[tuple[str, Path], _Parsed] = {}
+        self._entries: dict[tuple[str, AssetRoot], _Parsed] = {}
 
-    def load(self, path: str, root: Path) -> Asset:
+    def load(self, path: str, root: AssetRoot) -> Asset:
         """The asset as its files have it; see `load_asset`."""
         key = (path, root)
         parsed = self._entries.pop(key, None)
@@ -127,7 +122,7 @@ class AssetFolder:
         root: the folder; nothing outside it is read.
     """
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: AssetRoot) -> None:
         self.root = root
         self._loaded: dict[str, Asset | UnreadableAssetError] = {}
 
@@ -172,7 +167,7 @@ class NeighbourFiles:
         return content
 
 
-def load_asset(path: str, root: Path) -> Asset:
+def load_asset(path: str, root: AssetRoot) -> Asset:
     """Mesh of a file, with all its groups.
 
     Args:
@@ -187,11 +182,12 @@ def load_asset(path: str, root: Path) -> Asset:
     asset = _PARSED.load(path, root)
     if asset.materials == (None,):
         return asset
-    file = find_asset(path, root).relative_to(root.resolve())
-    return replace(asset, materials=tuple(material and _placed(material, file, root) for material in asset.materials))
+    folder, name = place_of(find_asset(path, root), root)
+    materials = tuple(material and _placed(material, Path(name), folder) for material in asset.materials)
+    return replace(asset, materials=materials)
 
 
-def _parse(path: str, root: Path) -> _Parsed:
+def _parse(path: str, root: AssetRoot) -> _Parsed:
     """Mesh of a file with its materials as the file has them."""
     stamp = _stamp(path, root)
     file = find_asset(path, root)
@@ -212,7 +208,7 @@ def _parse(path: str, root: Path) -> _Parsed:
     return _Parsed(asset, ((path, stamp), *neighbours.stamps))
 
 
-def _stamp(path: str, root: Path) -> Stamp:
+def _stamp(path: str, root: AssetRoot) -> Stamp:
     """State of a file of the folder; None if there is none to read."""
     try:
         file = find_asset(path, root)
@@ -247,7 +243,7 @@ def _placed(material: PartMaterial, file: Path, root: Path) -> PartMaterial:
     )
 
 
-def find_asset(path: str, root: Path) -> Path:
+def find_asset(path: str, root: AssetRoot) -> Path:
     """Path of an asset.
 
     Raises:
@@ -255,8 +251,8 @@ def find_asset(path: str, root: Path) -> Path:
         UnreadableAssetError: If it is too large.
         AssetError: If it lies outside.
     """
-    for meaning in meanings(path):
-        file, size = _look_up(root, meaning, path)
+    for place in places(path, root):
+        file, size = _look_up(place, path)
         if size is not None:
             break
     else:
@@ -303,24 +299,11 @@ def without_neighbours(name: str) -> bytes:
     raise AssetError(f"it refers to the file {name[:100]!r}; expected a file that is complete alone, such as GLB")
 
 
-def meanings(path: str) -> list[str]:
-    """Candidates, relative to the asset folder, for a path in a rule, most likely first.
-
-    >>> meanings("trees/oak.obj"), meanings("assets/trees/oak.obj"), meanings("/City/assets/oak.obj")
-    (['trees/oak.obj'], ['assets/trees/oak.obj', 'trees/oak.obj'], ['City/assets/oak.obj', 'assets/oak.obj', 'oak.obj'])
-    """
-    parts = path.lstrip("/").split("/")
-    if ".." in parts:
-        return ["/".join(parts)]
-    above = len(parts) - 1 if path.startswith("/") else int(len(parts) > 1 and parts[0] in _PROJECT_FOLDERS)
-    return ["/".join(parts[first:]) for first in range(min(above, _MAX_FOLDERS) + 1)]
-
-
-def _look_up(root: Path, meaning: str, path: str) -> tuple[Path, int | None]:
-    """Path of a file inside a folder and its size in bytes; None if there is no such file."""
+def _look_up(place: Place, path: str) -> tuple[Path, int | None]:
+    """Path of a file inside the folder of a place and its size in bytes; None if there is no such file."""
     try:
-        folder = root.resolve()
-        file = (folder / meaning).resolve()
+        folder = place.folder.resolve()
+        file = (folder / place.name).resolve()
         inside = file.is_relative_to(folder)
         size = file.stat().st_size if inside and file.is_file() else None
     except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: a link to itself, before Python 3.13
@@ -330,9 +313,10 @@ def _look_up(root: Path, meaning: str, path: str) -> tuple[Path, int | None]:
     return file, size
 
 
-def _read(file: Path, name: str, root: Path) -> tuple[list[MeshPart], NeighbourFiles]:
+def _read(file: Path, name: str, root: AssetRoot) -> tuple[list[MeshPart], NeighbourFiles]:
     """The parts of a file that have faces, at least one, and the files that it refers to."""
-    neighbours = NeighbourFiles(file.parent.relative_to(root.resolve()), root, MAX_BYTES)
+    folder, relative = place_of(file, root)
+    neighbours = NeighbourFiles(Path(relative).parent, folder, MAX_BYTES)
     content = _content(file, name, MAX_BYTES)
     try:
         parts = [part for part in read_parts(content, file.suffix.lower(), neighbours, MAX_FACES) if len(part.counts)]

@@ -12,8 +12,9 @@ from io import BytesIO
 from pathlib import Path
 from types import MappingProxyType
 
+from grammarlab.asset_roots import AssetRoot, Place, places
 from grammarlab.assets.image_paths import INSIDE
-from grammarlab.assets.mesh_files import meanings
+from grammarlab.assets.mesh_files import find_asset
 from grammarlab.errors import AssetError
 
 MOST_BYTES = 64 * 2**20
@@ -21,6 +22,8 @@ MOST_BYTES = 64 * 2**20
 MOST_PIXELS = 8192 * 8192
 """Largest number of pixels of one texture on common graphics cards."""
 _SIGNATURES = {b"\x89PNG\r\n\x1a\n": ("image/png", ".png"), b"\xff\xd8\xff": ("image/jpeg", ".jpg")}
+_FORMATS = ("BMP", "GIF", "JPEG", "PNG", "TGA", "TIFF", "WEBP")
+"""Formats whose sizes are read."""
 _CONVERTED = {b"II*\0": "TIFF", b"MM\0*": "TIFF", b"BM": "BMP"}
 NO_PICTURES: Mapping[str, bytes] = MappingProxyType({})
 """No pictures in memory."""
@@ -37,7 +40,7 @@ class Texture:
     suffix: str
 
 
-def find_texture(name: str, assets: Path | None, pictures: Mapping[str, bytes] = NO_PICTURES) -> Texture | None:
+def find_texture(name: str, assets: AssetRoot | None, pictures: Mapping[str, bytes] = NO_PICTURES) -> Texture | None:
     """Image of this name below the asset folder; None if there is none.
 
     Args:
@@ -101,26 +104,52 @@ def _texture(name: str, content: bytes) -> Texture:
     raise AssetError(f"texture {name!r} is neither a PNG nor a JPEG image; convert it to one of them")
 
 
-def image_file(name: str, assets: Path) -> Path | None:
+def image_file(name: str, assets: AssetRoot) -> Path | None:
     """Path of an image below the asset folder; None if there is none.
 
     Raises:
         AssetError: If the path leads out of the folder, or is not valid.
     """
     file, inside, number = name.rpartition(INSIDE)
-    paths = [_path_below(assets, meaning) for meaning in meanings(file if inside and number.isdecimal() else name)]
+    path = file if inside and number.isdecimal() else name
+    paths = [_path_below(place) for place in places(path, assets)]
     try:
         return next((path for path in paths if path.is_file()), None)
     except OSError as error:
         raise AssetError(f"texture {name!r} cannot be read: {error.strerror or error}") from error
 
 
-def _path_below(folder: Path, name: str) -> Path:
-    """The file `name` of a folder, refused when it lies elsewhere (by ``..``, an absolute path or a link).
+def image_size(path: str, root: AssetRoot) -> tuple[int, int]:
+    """Width and height of an image in pixels, at least 1.
+
+    Args:
+        path: path of the file, relative to the folder.
+        root: the asset folder; nothing outside it is read, links included.
+
+    Raises:
+        MissingAssetError: If the folder has no such file.
+        AssetError: If it lies outside, is too large, or is not an image.
+    """
+    from PIL import Image  # noqa: PLC0415  # few grammars need it
+
+    file = find_asset(path, root)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Pillow's warnings do not matter: no pixel is decoded
+            with Image.open(file, formats=_FORMATS) as image:
+                width, height = image.size
+    except Exception as error:  # readers raise any exception for broken files
+        raise AssetError(f'the image "{path}" cannot be read: {error}') from error
+    return max(width, 1), max(height, 1)
+
+
+def _path_below(place: Place) -> Path:
+    """The file of a place, refused when it lies elsewhere (by ``..``, an absolute path or a link).
 
     Raises:
         AssetError: it does.
     """
+    folder, name = place
     try:
         root = folder.resolve()
         path = (root / name).resolve()

@@ -38,7 +38,7 @@ Attributes = Annotated[
 ]
 StyleName = Annotated[str, typer.Option("--style", help="Style of a rule file, instead of its default style.")]
 Library = Annotated[
-    Path | None, typer.Option("--library", help="Folder of further projects, such as ESRI.lib, to import from.")
+    Path | None, typer.Option("--library", help="Folder of further projects, such as ESRI.lib, with rules and assets.")
 ]
 """Options for what a rule file leaves open."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import Forest
@@ -53,7 +53,7 @@ class GrammarSampler(AbstractSampler):
         assets: folder of its meshes and images, by default that of the grammar.
     """
 
-    def __init__(self, grammar: Grammar, assets: Path | None = None) -> None:
+    def __init__(self, grammar: Grammar, assets: AssetRoot | None = None) -> None:
         check_type("grammar", grammar, Grammar, EXAMPLE)
         self._grammar = grammar
         self._assets = grammar.assets if assets is None else assets
@@ -72,11 +72,11 @@ class GrammarSampler(AbstractSampler):
 
 
 @overload
-def sample(grammar: Grammar, num_models: int, seed: int = ..., *, assets: Path | None = ...) -> Forest: ...
+def sample(grammar: Grammar, num_models: int, seed: int = ..., *, assets: AssetRoot | None = ...) -> Forest: ...
 @overload
-def sample(grammar: Species, num_models: int, seed: int = ..., *, assets: Path | None = ...) -> Skeleton: ...
+def sample(grammar: Species, num_models: int, seed: int = ..., *, assets: AssetRoot | None = ...) -> Skeleton: ...
 def sample(
-    grammar: Grammar | Species, num_models: int, seed: int = 0, *, assets: Path | None = None
+    grammar: Grammar | Species, num_models: int, seed: int = 0, *, assets: AssetRoot | None = None
 ) -> Forest | Skeleton:
     """Models of a grammar, or trees of a species, that the acceptance rule of the file keeps.
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, offsets_from_counts, row_of_value, take_rows
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.calls.branches import route
 from grammarlab.derivation.calls.lot_plans import initial_plans, streets_of_lots
@@ -79,7 +80,7 @@ def derive(
     lots: Lots,
     /,
     *,
-    assets: str | Path | AssetFolder | None = None,
+    assets: str | AssetRoot | AssetFolder | None = None,
     budget: Budget | None = None,
     together: bool = False,
     leaves: bool = True,
@@ -90,7 +91,7 @@ def derive(
     num_models: int,
     seed: int,
     *,
-    assets: str | Path | AssetFolder | None = None,
+    assets: str | AssetRoot | AssetFolder | None = None,
     budget: Budget | None = None,
     together: bool = False,
     leaves: bool = True,
@@ -101,7 +102,7 @@ def derive(
     num_models: int | Lots,
     seed: int | None = None,
     *,
-    assets: str | Path | AssetFolder | None = None,
+    assets: str | AssetRoot | AssetFolder | None = None,
     budget: Budget | None = None,
     together: bool = False,
     leaves: bool = True,
@@ -181,7 +182,7 @@ def derive_chunks(
     /,
     *,
     nodes_per_chunk: int = NODES_PER_CHUNK,
-    assets: str | Path | AssetFolder | None = None,
+    assets: str | AssetRoot | AssetFolder | None = None,
     budget: Budget | None = None,
     leaves: bool = True,
 ) -> Iterator[Forest]: ...
@@ -192,7 +193,7 @@ def derive_chunks(
     seed: int,
     *,
     nodes_per_chunk: int = NODES_PER_CHUNK,
-    assets: str | Path | AssetFolder | None = None,
+    assets: str | AssetRoot | AssetFolder | None = None,
     budget: Budget | None = None,
     leaves: bool = True,
     **options: Unpack[LotOptions],
@@ -203,7 +204,7 @@ def derive_chunks(
     seed: int | None = None,
     *,
     nodes_per_chunk: int = NODES_PER_CHUNK,
-    assets: str | Path | AssetFolder | None = None,
+    assets: str | AssetRoot | AssetFolder | None = None,
     budget: Budget | None = None,
     leaves: bool = True,
     **options: Unpack[LotOptions],
@@ -281,7 +282,9 @@ def _starts(program: Program, lots: Lots) -> NDArray[np.int32]:
     return np.array([program.start_rules[name] for name in names], dtype=np.int32)
 
 
-def attributes_of_lots(program: Program, lots: Lots, assets: AssetFolder | Path | None = None) -> Mapping[str, Values]:
+def attributes_of_lots(
+    program: Program, lots: Lots, assets: AssetRoot | AssetFolder | None = None
+) -> Mapping[str, Values]:
     """`Forest.attributes` of models without deriving them.
 
     Args:
@@ -467,14 +470,15 @@ def _is_rectangle(unit: Meshes) -> NDArray[np.bool_]:
     return is_rectangle
 
 
-def _folder(assets: str | Path | AssetFolder | None, grammar: Grammar | Program) -> AssetFolder | None:
+def _folder(assets: str | AssetRoot | AssetFolder | None, grammar: Grammar | Program) -> AssetFolder | None:
     if assets is None and isinstance(grammar, Grammar):
         assets = grammar.assets
-    if not isinstance(assets, str | Path):
+    if assets is None or isinstance(assets, AssetFolder):
         return assets
-    if not Path(assets).is_dir():
-        raise UsageError(f"assets: expected a folder of meshes and images, found {str(assets)!r}, which is none.")
-    return AssetFolder(Path(assets))
+    root = Path(assets) if isinstance(assets, str) else assets
+    if not root.is_dir():
+        raise UsageError(f"assets: expected a folder of meshes and images, found {str(root)!r}, which is none.")
+    return AssetFolder(root)
 
 
 def _evaluate_attributes(workspace: Workspace) -> None:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import offsets_from_counts
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.derivation.materials import Materials
 from grammarlab.export.gltf_document import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, GltfDocument, index_type
 from grammarlab.export.gltf_materials import GltfMaterials
@@ -163,7 +164,7 @@ class ReusedContent:
         return [document.add("nodes", {**node, "extensions": {_INSTANCING: {"attributes": attributes}}})]
 
 
-def merged_glb(batch: TriangleBatch, name: str, assets: Path | None = None) -> bytes:
+def merged_glb(batch: TriangleBatch, name: str, assets: AssetRoot | None = None) -> bytes:
     """A file of one model relative to its own origin.
 
     Args:

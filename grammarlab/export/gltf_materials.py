@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.assets.texture_files import Texture, find_texture
 from grammarlab.derivation.materials import Materials
@@ -27,7 +27,7 @@ class GltfMaterials:
     """
 
     def __init__(
-        self, document: GltfDocument, assets: Path | None, share: Callable[[Texture], str] | None = None
+        self, document: GltfDocument, assets: AssetRoot | None, share: Callable[[Texture], str] | None = None
     ) -> None:
         self._document = document
         self._assets = assets

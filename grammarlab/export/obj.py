@@ -10,6 +10,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.texture_files import find_texture
 from grammarlab.derivation.materials import Materials
 from grammarlab.export.model_files import AbstractWriter, Output, write_whole
@@ -32,7 +33,7 @@ class ObjWriter(AbstractWriter):
         assets: folder of the textures; None leaves them out.
     """
 
-    def __init__(self, output: Output, path: Path, origin: NDArray[np.float64], assets: Path | None) -> None:
+    def __init__(self, output: Output, path: Path, origin: NDArray[np.float64], assets: AssetRoot | None) -> None:
         self._stream = output.stream
         self._path = path
         self._stem = re.sub(r"\s", "_", path.stem)

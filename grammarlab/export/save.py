@@ -11,6 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.errors import UsageError, check_type
 from grammarlab.export.model_files import AbstractWriter, Output, whole_file
 from grammarlab.extras import require
@@ -40,7 +41,7 @@ class SaveOptions:
     """Reuse of meshes in GLB: one primitive per material (``merged``, the fastest to draw), one node per shape that
     refers to shared meshes (``nodes``, the easiest to edit), or ``instancing`` with EXT_mesh_gpu_instancing (the
     smallest; readers without the extension refuse the file)."""
-    assets: Path | None = None
+    assets: AssetRoot | None = None
     """Folder that textures are relative to; None leaves textures out."""
     columns: int | None = None
     """Number of columns if several models share a file; None for about a square."""

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias, cast, final
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.assets.texture_files import find_texture
 from grammarlab.derivation.materials import Materials
@@ -47,7 +48,7 @@ class UsdWriter(AbstractWriter):
         assets: folder of the textures; None leaves them out.
     """
 
-    def __init__(self, output: Output, path: Path, origin: NDArray[np.float64], assets: Path | None) -> None:
+    def __init__(self, output: Output, path: Path, origin: NDArray[np.float64], assets: AssetRoot | None) -> None:
         self._stream = output.stream
         self._path = path
         self._assets = assets

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
@@ -26,7 +26,7 @@ class AcceptedGrammar:
     """A grammar whose models are derived and accepted."""
 
     grammar: Grammar
-    assets: Path | None = None
+    assets: AssetRoot | None = None
     """Folder of meshes and images."""
 
     @cached_property

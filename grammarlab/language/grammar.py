@@ -11,6 +11,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TypeVar
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.errors import AssetError, Finding, LanguageError, Location
 from grammarlab.files import read_bounded
 from grammarlab.language.syntax.parse import MAX_CHARACTERS, parse
@@ -52,7 +53,7 @@ class Grammar:
     """The imported rule files by alias; None for one that could not be read. See `grammarlab.language.importing`."""
     import_findings: tuple[Finding, ...] = field(default=(), compare=False, repr=False)
     """Findings about the imports."""
-    assets: Path | None = field(default=None, compare=False, repr=False)
+    assets: AssetRoot | None = field(default=None, compare=False, repr=False)
     """Folder of the meshes and images that the rules name, if it is known: derivations use it unless given another."""
 
     @classmethod

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.density.exact.splitting import Base
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError, check_type
@@ -42,7 +42,7 @@ def learn(
     budget: int = ...,
     *,
     sees: Literal["forest"] = ...,
-    assets: Path | None = ...,
+    assets: AssetRoot | None = ...,
     pool: Pool | None = ...,
     settings: Settings | None = ...,
     base: Base = ...,
@@ -57,7 +57,7 @@ def learn(
     budget: int = ...,
     *,
     sees: Literal["scene"],
-    assets: Path | None = ...,
+    assets: AssetRoot | None = ...,
     pool: Pool | None = ...,
     settings: Settings | None = ...,
     base: Base = ...,
@@ -72,7 +72,7 @@ def learn(
     budget: int = ...,
     *,
     sees: Literal["trees"] = ...,
-    assets: Path | None = ...,
+    assets: AssetRoot | None = ...,
     pool: Pool | None = ...,
     settings: Settings | None = ...,
     base: Base = ...,
@@ -87,7 +87,7 @@ def learn(
     budget: int = ...,
     *,
     sees: Literal["scene"],
-    assets: Path | None = ...,
+    assets: AssetRoot | None = ...,
     pool: Pool | None = ...,
     settings: Settings | None = ...,
     base: Base = ...,
@@ -101,7 +101,7 @@ def learn(
     budget: int = 128,
     *,
     sees: Literal["", "forest", "trees", "scene"] = "",
-    assets: Path | None = None,
+    assets: AssetRoot | None = None,
     pool: Pool | None = None,
     settings: Settings | None = None,
     base: Base = "grammar",
@@ -185,7 +185,7 @@ class _Subject(NamedTuple):
     """What a function may see of designs, the default first."""
 
 
-def _subject(description: Grammar | Species, assets: Path | None) -> _Subject:
+def _subject(description: Grammar | Species, assets: AssetRoot | None) -> _Subject:
     if isinstance(description, Grammar):
         rules = GrammarSpace(description, assets)
         return _Subject(rules, GrammarWriter(rules), {"forest": rules.derive, "scene": _scene_of(rules)})

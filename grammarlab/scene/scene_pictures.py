@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.texture_files import find_texture
 from grammarlab.errors import AssetError
 from grammarlab.scene.instances import Scene
 
 
-def with_pictures(scene: Scene, assets: Path | None) -> Scene:
+def with_pictures(scene: Scene, assets: AssetRoot | None) -> Scene:
     """The same scene with the contents of the images that its instances use (`Materials.pictures`).
 
     Images that the folder lacks, or that are unusable, are left out: the colour of the material is seen.

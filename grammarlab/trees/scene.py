@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
 from grammarlab.geometry.meshes.mesh import Meshes
@@ -24,7 +24,7 @@ from grammarlab.trees.wood import DrawnLevel, draw, plan
 
 
 def realize_trees(
-    skeleton: Skeleton, looks: Look | Sequence[Look], detail: Detail = "full", assets: Path | None = None
+    skeleton: Skeleton, looks: Look | Sequence[Look], detail: Detail = "full", assets: AssetRoot | None = None
 ) -> Scene:
     """Meshes of trees with materials and texture coordinates; model i of the scene is tree i.
 

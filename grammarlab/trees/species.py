@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from pathlib import Path
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.errors import UsageError, shown
 from grammarlab.randomness import Keys, fold, uniforms
 from grammarlab.trees.parameters import COLUMN, COLUMNS, HIGH, IS_INTEGER, IS_LOG, LOW
@@ -73,7 +73,7 @@ class Species:
     acceptance: str = ""
     """An expression (`grammarlab.features.expression`) with the probability, 0 to 1, of keeping a candidate; empty
     to keep all."""
-    assets: Path | None = None
+    assets: AssetRoot | None = None
     """Folder of the pictures of its look; None if it is unknown."""
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.texture_files import find_texture
 from grammarlab.derivation.materials import CHANNELS, Materials
 from grammarlab.trees.species import Look
@@ -18,7 +18,7 @@ _OPAQUE = (".jpg", ".jpeg")
 """Ends of names of pictures that cannot be transparent."""
 
 
-def tree_materials(looks: Sequence[Look], assets: Path | None = None) -> Materials:
+def tree_materials(looks: Sequence[Look], assets: AssetRoot | None = None) -> Materials:
     """Three rows for each look: bark, leaf and blossom.
 
     Args:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from grammarlab.arrays import Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.density.exact.splitting import Base
 from grammarlab.density.targets.rejection import Progress, silent
 from grammarlab.derivation.materials import CHANNELS, Materials
@@ -283,14 +284,14 @@ class BoxDomain(AbstractDomain[BoxSpace, BoxModels]):
     def read(self, path: Path, library: Path | None = None) -> str:
         return path.read_text()
 
-    def open(self, text: str, name: str, assets: Path) -> BoxSpace:
+    def open(self, text: str, name: str, assets: AssetRoot) -> BoxSpace:
         try:
             return BoxSpace.parse(text)
         except (ValueError, LookupError, TypeError) as error:
             finding = Finding("error", "bad-boxes", f"these are no boxes: {error}", Location(file=f"{name}.boxes"))
             raise LanguageError((finding,), text) from error
 
-    def models(self, text: str, name: str, assets: Path) -> BoxModels:
+    def models(self, text: str, name: str, assets: AssetRoot) -> BoxModels:
         return BoxModels(self.open(text, name, assets))
 
     def writer(self, space: BoxSpace) -> BoxWriter:

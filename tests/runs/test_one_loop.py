@@ -75,7 +75,7 @@ families = ["paths", "symbols", "draws"]
     # The page: the same scores, in an order of their own.
     (answers,) = state.answers.values()
     scores = dict(zip(map(str, answers.designs), answers.scores.tolist(), strict=True))
-    place, size = ("house", str(tmp_path)), len(material.study.pool)
+    place, size = ("house", tmp_path), len(material.study.pool)
     handler = learner(".cga", RULES, *place, SEED, size, False)
     shuffled = {name: Judgement(scores[name]) for name in sorted(scores, key=lambda name: name[::-1])}
     found = handler(Update({OVERALL: shuffled}, {OVERALL: 1}, None), nothing)

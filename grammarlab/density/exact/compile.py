@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.density.exact.attributes import AttributeParts, attribute_parts
 from grammarlab.density.exact.automaton import Automaton, count_automaton
 from grammarlab.density.exact.grammar_text import write
@@ -80,7 +80,7 @@ def compile_density(
     step: float = EXACT,
     min_share: float = 0.0,
     header: Sequence[str] = (),
-    assets: Path | None = None,
+    assets: AssetRoot | None = None,
 ) -> LearnedGrammar:
     """Grammar whose density is that of a grammar times a preference.
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.density.exact.attributes import AttributeParts, parts_taken
 from grammarlab.density.exact.grammar_text import Mixed, Origin
 from grammarlab.density.exact.splitting import Base
@@ -45,7 +45,7 @@ class LearnedGrammar(AbstractSampler):
     divisor that normalises the density."""
     findings: tuple[str, ...] = ()
     """Remarks for the user about how it was made."""
-    assets: Path | None = None
+    assets: AssetRoot | None = None
     """Folder of meshes and images."""
 
     @property

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -21,6 +20,7 @@ from scipy import sparse
 from scipy.special import xlogy
 
 from grammarlab.arrays import Flags, Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.density.exact.attributes import AttributeParts, attribute_parts, drawn_range, parts_taken
 from grammarlab.density.exact.automaton import InexactError
 from grammarlab.density.exact.contexts import Contexts, NoContext, ParentEdges
@@ -61,7 +61,7 @@ def learn_from_examples(
     *,
     weights: Floats | None = None,
     header: Sequence[str] = (),
-    assets: Path | None = None,
+    assets: AssetRoot | None = None,
 ) -> LearnedGrammar:
     """The maximum-likelihood grammar of some models, among those near a grammar that can derive them.
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.exact.splitting import Base
 from grammarlab.density.sampler import AbstractSampler, GrammarSampler
@@ -46,7 +46,7 @@ class AcceptedGrammar(AbstractSampler):
     base: Base
     findings: tuple[str, ...]
     """Remarks for the user about how it was made."""
-    assets: Path | None = None
+    assets: AssetRoot | None = None
     """Folder of meshes and images."""
 
     @property

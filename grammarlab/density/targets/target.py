@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.density.exact.compile import Preference, compile_density
 from grammarlab.density.exact.learned import LearnedGrammar
@@ -42,11 +42,13 @@ class Target:
     """The density that the preference multiplies."""
     bound: float | None = None
     """Upper bound of the preference; None if unknown."""
-    assets: Path | None = None
+    assets: AssetRoot | None = None
     """Folder of meshes and images."""
 
     @classmethod
-    def of_score(cls, grammar: Grammar, score: Score, base: Base = "grammar", assets: Path | None = None) -> Target:
+    def of_score(
+        cls, grammar: Grammar, score: Score, base: Base = "grammar", assets: AssetRoot | None = None
+    ) -> Target:
         """A score as the preference."""
         reads, rest = read(score.expression)
 

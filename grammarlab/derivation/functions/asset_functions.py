@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from fnmatch import fnmatchcase
 from functools import partial
-from itertools import islice
+from itertools import islice, takewhile
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from grammarlab.assets.mesh_files import meanings
+from grammarlab.asset_roots import AssetRoot, own_folder, places
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.functions.text_functions import text_function
 from grammarlab.derivation.state.shapes import Value, kind_of
@@ -21,24 +21,48 @@ _MOST_FILES = 20_000
 """Largest number of files that one search examines."""
 
 
-def matching_files(assets: Path | None, pattern: str) -> list[str]:
+def matching_files(assets: AssetRoot | None, pattern: str) -> list[str]:
     """Asset paths that match a pattern with ``*`` and ``?``, relative to the asset folder and sorted.
 
-    Only files inside the asset folder are listed, and at most 20,000 files are examined.
+    Only files inside the asset folder and its library are listed, and at most 20,000 files are examined in each folder.
+    Paths of files in the library begin with their project, after a slash if the pattern has one.
     """
     if assets is None or not assets.is_dir():
         return []
-    root = assets.resolve()
-    names = [
+    own = own_folder(assets)
+    names = _names_below(own, "")
+    for folder, meaning in places(pattern, assets):
+        listed = names if folder == own else _names_below(folder, _fixed_folder(meaning))
+        if matches := sorted(name for name in listed if fnmatchcase(name, meaning)):
+            slash = "/" if folder != own and pattern.startswith("/") else ""
+            return [slash + name for name in matches]
+    return []
+
+
+def _fixed_folder(pattern: str) -> str:
+    """The folders at the beginning of a pattern that have no ``*``, ``?`` or ``[``."""
+    folders = pattern.split("/")[:-1]
+    return "/".join(takewhile(lambda folder: not set(folder) & set("*?["), folders))
+
+
+def _names_below(folder: Path, start: str) -> list[str]:
+    """Paths of files relative to a folder, from one of its folders on."""
+    root = folder.resolve()
+    first = root / start
+    try:
+        inside = ".." not in first.parts and first.resolve().is_relative_to(root)
+    except (OSError, ValueError, RuntimeError):  # a name that is too long, a zero byte, circular links
+        inside = False
+    if not inside:
+        return []
+    return [
         path.relative_to(root).as_posix()
-        for path in islice(root.rglob("*"), _MOST_FILES)
+        for path in islice(first.rglob("*"), _MOST_FILES)
         if path.is_file() and path.resolve().is_relative_to(root)
     ]
-    matches = (sorted(name for name in names if fnmatchcase(name, meaning)) for meaning in meanings(pattern))
-    return next(filter(None, matches), [])
 
 
-def root_of(call: FunctionCall) -> Path | None:
+def root_of(call: FunctionCall) -> AssetRoot | None:
     """The asset folder of a derivation, if it has one."""
     return None if call.workspace.assets is None else call.workspace.assets.root
 
@@ -68,7 +92,7 @@ def image_extent(path: str, call: FunctionCall) -> tuple[float, ...]:
     root = root_of(call)
     if root is None or path.startswith("builtin:"):
         return 1.0, 1.0
-    from grammarlab.assets.images import image_size  # noqa: PLC0415  # few grammars have images
+    from grammarlab.assets.texture_files import image_size  # noqa: PLC0415  # few grammars have images
 
     try:
         width, height = image_size(path, root)

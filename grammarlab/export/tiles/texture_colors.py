@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from hashlib import sha256
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.srgb import linear_from_srgb
 from grammarlab.assets.texture_files import find_texture
 from grammarlab.derivation.materials import Materials
@@ -27,7 +27,7 @@ class TextureColors:
         assets: folder of the textures; None leaves them out.
     """
 
-    def __init__(self, assets: Path | None) -> None:
+    def __init__(self, assets: AssetRoot | None) -> None:
         self._assets = assets
         self._means: dict[tuple[str, bool], Floats] = {}
 
@@ -68,7 +68,7 @@ def mean_light(content: bytes, *, is_cut_out: bool) -> Floats:
     return weights @ linear_from_srgb(pixels[:, :3]) / weights.sum()
 
 
-def with_pictures(scene: Scene, assets: Path | None) -> Scene:
+def with_pictures(scene: Scene, assets: AssetRoot | None) -> Scene:
     """A scene whose materials contain their textures, so that scenes with different asset folders can be joined.
 
     Args:

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.export.tiles.branch_file import Branch
 from grammarlab.export.tiles.earth_placement import EarthPlacement
 from grammarlab.export.tiles.simplified_models import simplified
@@ -39,7 +40,7 @@ class TileWriter:
     """
 
     def __init__(
-        self, folder: Path, grid: TileGrid, placement: EarthPlacement, top: TileCell, assets: Path | None = None
+        self, folder: Path, grid: TileGrid, placement: EarthPlacement, top: TileCell, assets: AssetRoot | None = None
     ) -> None:
         self.folder = folder
         self.grid = grid

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.texture_files import Texture, image_file
 from grammarlab.errors import UsageError
 from grammarlab.export.gltf_document import GltfDocument
@@ -57,7 +58,7 @@ def write_tile(
     tile: TileModels,
     level: Level,
     root_matrix: Floats,
-    assets: Path | None = None,
+    assets: AssetRoot | None = None,
     textures: Path | None = None,
 ) -> TileSummary:
     """Write the GLB of one tile.
@@ -110,7 +111,7 @@ def write_tile(
     )
 
 
-def _prepared(scene: Scene, assets: Path | None) -> Scene:
+def _prepared(scene: Scene, assets: AssetRoot | None) -> Scene:
     """A scene with the materials that it uses, without names of missing textures."""
     scene = with_used_tables(scene)
     table = scene.materials

@@ -6,12 +6,12 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.expressions import number_grammar
@@ -91,7 +91,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     """The models that a grammar derives."""
 
     grammar: Grammar
-    assets: Path | None = None
+    assets: AssetRoot | None = None
     """Folder of meshes and images."""
 
     @property

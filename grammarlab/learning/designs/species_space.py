@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property, lru_cache
 from hashlib import sha256
-from pathlib import Path
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.errors import UsageError
 from grammarlab.features.columns.plain_columns import feature_values
 from grammarlab.features.patterns.conditions import sites_of
@@ -54,7 +54,7 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
     species: Species
     text: str
     """The file of the species."""
-    assets: Path | None = None
+    assets: AssetRoot | None = None
     """Folder of pictures."""
 
     @property

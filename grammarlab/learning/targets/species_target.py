@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.density.exact.splitting import Base
 from grammarlab.density.targets.rejection import Progress, silent
 from grammarlab.errors import UsageError
@@ -80,7 +80,7 @@ class LearnedSpecies:
     accept_rate: float | None
     """Share of candidates that the rule keeps, of the pool; None without a rule."""
     findings: tuple[str, ...]
-    assets: Path | None = None
+    assets: AssetRoot | None = None
 
     @cached_property
     def space(self) -> SpeciesSpace:

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.errors import LanguageError, UsageError
 from grammarlab.extras import require
 from grammarlab.language.grammar import Grammar
@@ -27,7 +28,7 @@ class Opening:
     about: About
     store: Store | None
     """None for a new session, whose file is made after the grammar has been checked."""
-    assets: Path
+    assets: AssetRoot
     """Folder of the assets named in the file."""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.pages.desk import AbstractDesk
 from grammarlab.pages.record.events import Record
 from grammarlab.pages.record.model_grids import PAIRS, Body, ModelGrid
@@ -29,7 +30,7 @@ class SessionDesk(AbstractDesk):
     formats = FORMATS
 
     def __init__(
-        self, path: Path, store: Store, assets: Path, artists: WorkerPool, tell: Callable[[Message], None]
+        self, path: Path, store: Store, assets: AssetRoot, artists: WorkerPool, tell: Callable[[Message], None]
     ) -> None:
         """Start on an open session.
 
@@ -43,7 +44,7 @@ class SessionDesk(AbstractDesk):
         self.target = path
         self.display = display = SessionDisplay(store, self.notify)
         about = store.about
-        source, deliver = (about.suffix, about.grammar, about.title, str(assets)), artists.deliver
+        source, deliver = (about.suffix, about.grammar, about.title, assets), artists.deliver
         models = about.seed, about.size, display.record.wide
         learners = WorkerPool(
             make="grammarlab.pages.workers.learner:learner",

@@ -87,7 +87,7 @@ def _open_desk(opening: Opening, num_artists: int, desktop: Desktop[SessionDesk]
     about, store = opening.about, opening.store
     artists = WorkerPool(
         make="grammarlab.pages.workers.artist:artist",
-        arguments=(about.suffix, about.grammar, about.title, str(opening.assets)),
+        arguments=(about.suffix, about.grammar, about.title, opening.assets),
         size=num_artists,
         deliver=desktop.post,
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.expressions import number_grammar
 from grammarlab.derivation.forest import Forest
@@ -93,7 +94,7 @@ class _Bench:
         source = find_rules(self.file, self.assets)
         return compiled(source.text(), source.name)[0]
 
-    def _derive(self, wanted: Wanted) -> tuple[Forest, TriangleBatch, Path]:
+    def _derive(self, wanted: Wanted) -> tuple[Forest, TriangleBatch, AssetRoot]:
         source = find_rules(self.file, self.assets)
         rules, program = compiled(source.text(), source.name)
         # What a save has renamed or removed is no longer set.
@@ -112,7 +113,7 @@ class _Bench:
         return file.getvalue()
 
 
-def _glb_of(batch: TriangleBatch, assets: Path) -> bytes:
+def _glb_of(batch: TriangleBatch, assets: AssetRoot) -> bytes:
     glb = merged_glb(batch, "model", assets)
     if len(glb) > MAX_GLB_BYTES:
         raise GrammarlabError(f"the model is too large to be shown: {len(glb) >> 20} MiB.")

@@ -6,12 +6,12 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.errors import Finding, GrammarlabError, UsageError
 from grammarlab.export.glb import merged_glb
 from grammarlab.learning.designs.addresses import Address
@@ -68,9 +68,9 @@ class PartFinder:
         return FoundPart(part, num_parts, (int(triangles[0]), int(triangles[-1]) + 1), self.parts.way_to(part))
 
 
-def artist(suffix: str, text: str, name: str, assets: str) -> Handler:
+def artist(suffix: str, text: str, name: str, assets: AssetRoot) -> Handler:
     """Worker for `DrawModels`, `MakeGlb` and `FindPart` tasks of the designs of a text."""
-    return _Studio(opened(suffix, text, name, Path(assets)), Path(assets)).do
+    return _Studio(opened(suffix, text, name, assets), assets).do
 
 
 @dataclass
@@ -78,7 +78,7 @@ class _Studio:
     """Recently used models."""
 
     space: AbstractDesignSpace[Any]
-    assets: Path
+    assets: AssetRoot
     models: OrderedDict[str, TriangleBatch] = field(default_factory=OrderedDict)
     parts: PartFinder | None = None
     """Parts of the model that was clicked last."""

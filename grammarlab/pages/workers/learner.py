@@ -5,12 +5,12 @@ from __future__ import annotations
 import secrets
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.learning.answers import Answers, answers_for
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
@@ -50,7 +50,7 @@ MOST_RELEVANCES = 8
 """Number of most relevant entries."""
 
 
-def learner(suffix: str, text: str, name: str, assets: str, seed: int, size: int, wide: bool) -> Handler:
+def learner(suffix: str, text: str, name: str, assets: AssetRoot, seed: int, size: int, wide: bool) -> Handler:
     """Worker for `Prepare`, `Update` and `Choose` tasks of a session.
 
     Args:
@@ -62,7 +62,7 @@ def learner(suffix: str, text: str, name: str, assets: str, seed: int, size: int
         size: size of the pool, before it is widened.
         wide: whether the pool has been widened for rare models.
     """
-    return _LastUpdate(Study(opened(suffix, text, name, Path(assets)), Pool(seed, size, wide))).do
+    return _LastUpdate(Study(opened(suffix, text, name, assets), Pool(seed, size, wide))).do
 
 
 _InOrder = tuple[tuple[str, tuple[tuple[str, Judgement], ...]], ...]

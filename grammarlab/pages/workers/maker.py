@@ -11,8 +11,10 @@ from typing import Any
 
 from PIL import Image
 
+from grammarlab.asset_roots import AssetRoot, library_of, own_folder
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import write_text
+from grammarlab.language.presets import RuleChoices
 from grammarlab.learning.designs.addresses import renamed
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.pages.record.label_exchange import labels_of, replaced_notes, scores_of
@@ -35,9 +37,9 @@ TILE_AREA = 240 * 240
 """Pixels of the picture of one model."""
 
 
-def maker(suffix: str, text: str, name: str, assets: str, session: str, seed: int, size: int) -> Handler:
+def maker(suffix: str, text: str, name: str, assets: AssetRoot, session: str, seed: int, size: int) -> Handler:
     """Worker that writes and reads the files of a session with a pool of a given seed and size."""
-    return _Maker(suffix, text, name, Path(assets), Path(session), Pool(seed, size)).do
+    return _Maker(suffix, text, name, assets, Path(session), Pool(seed, size)).do
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ class _Maker:
     suffix: str
     text: str
     name: str
-    assets: Path
+    assets: AssetRoot
     session: Path
     pool: Pool
 
@@ -95,13 +97,14 @@ class _Maker:
         # The file may have changed since the session began, so its own text is learned from.
         rules = folder / f"{self.name}{self.suffix}"
         write_text(rules, self.text)
-        (folder / "assets").symlink_to(self.assets.resolve(), target_is_directory=True)
+        (folder / "assets").symlink_to(own_folder(self.assets).resolve(), target_is_directory=True)
         result = learn_from_labels(
             str(rules),
             labels_of(request.factors, self.hash),
             self.learned,
             labels_from=self.session.name,
             pool=replace(self.pool, wide=request.wide),
+            choices=RuleChoices(library_of(self.assets)),
             on_progress=report,
         )
         learned, density = result.learned, result.density

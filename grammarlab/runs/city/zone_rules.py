@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from grammarlab.arrays import Ints
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.city.plan import StreetTrees, ZonePlan
 from grammarlab.city.site_attributes import GROUND_LEVEL
 from grammarlab.city.sites import Sites
@@ -42,7 +43,7 @@ class ZoneRules:
     """Name of the rules, such as ``building``."""
     text: str
     """The whole text, without imports."""
-    assets: Path
+    assets: AssetRoot
     suffix: str = SUFFIX
     """Suffix of the kind of the text."""
     species: tuple[ZoneRules, ...] = ()
@@ -220,7 +221,7 @@ def _sums(forest: Forest) -> list[dict[str, float]]:
 
 
 @lru_cache(maxsize=256)
-def _compiled(text: str, name: str, assets: Path) -> AcceptedGrammar:
+def _compiled(text: str, name: str, assets: AssetRoot) -> AcceptedGrammar:
     source = AcceptedGrammar(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
     _ = source.program
     return source

@@ -10,6 +10,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from grammarlab.asset_roots import AssetRoot, own_folder, place_of
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.grammar_skeleton import MAX_EXAMINED_MODELS
 from grammarlab.density.samples import sampled
@@ -173,24 +174,25 @@ def scenario_of(scenario: Path, name: str, text_hash: str) -> Source:
     return source
 
 
-def write_learned(file: Path, text: str, space: AbstractDesignSpace[Any], assets: Path) -> None:
+def write_learned(file: Path, text: str, space: AbstractDesignSpace[Any], assets: AssetRoot) -> None:
     """Write a learned file, and copy the assets of the space beside it."""
     file.parent.mkdir(parents=True, exist_ok=True)
     write_text(file, text)
     put_assets_beside(file, space, assets)
 
 
-def put_assets_beside(file: Path, space: AbstractDesignSpace[Any], assets: Path) -> None:
+def put_assets_beside(file: Path, space: AbstractDesignSpace[Any], assets: AssetRoot) -> None:
     """Copy the assets of a space to the asset folder of a file.
 
     Folders are copied whole, since rules may build names from parts. Existing files are kept.
     """
-    if not assets.is_dir() or assets_folder(file).resolve() == assets.resolve():
+    own = own_folder(assets)
+    if not own.is_dir() or assets_folder(file).resolve() == own.resolve():
         return
     folder = file.parent / "assets"
-    for top in sorted({Path(name).parts[0] for name in named_files(space.asset_names(), assets)}):
-        source, target = assets / top, folder / top
-        folder.mkdir(exist_ok=True)
+    for source, name in sorted({_copied(path, assets) for path in named_files(space.asset_names(), assets).values()}):
+        target = folder / name
+        target.parent.mkdir(parents=True, exist_ok=True)
         if os.path.lexists(target):  # perhaps a link without a file, through which nothing is written
             continue
         if source.is_file():
@@ -200,6 +202,15 @@ def put_assets_beside(file: Path, space: AbstractDesignSpace[Any], assets: Path)
             with whole_tree(target) as part:
                 # Links stay links, so that no file from outside is copied.
                 shutil.copytree(source, part, symlinks=True, ignore=_special)
+
+
+def _copied(path: Path, assets: AssetRoot) -> tuple[Path, str]:
+    """What is copied for an asset, and its name: its topmost folder, or its own folder in a library of many."""
+    place = place_of(path, assets)
+    name = Path(place.name)
+    in_library = place.folder != own_folder(assets).resolve()
+    name = name.parent if in_library else Path(name.parts[0])
+    return place.folder / name, name.as_posix()
 
 
 def _special(folder: str, names: list[str]) -> list[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
+from grammarlab.asset_roots import AssetRoot, place_of
 from grammarlab.assets.mesh_files import find_asset
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
@@ -60,19 +61,15 @@ def hash_assets(request: SampleRequest) -> dict[str, str]:
     return {name: file_hash(files[name]) for name in sorted(files)}
 
 
-def named_files(texts: Iterable[str], assets: Path) -> dict[str, Path]:
+def named_files(texts: Iterable[str], assets: AssetRoot) -> dict[str, Path]:
     """Files of an asset folder named in texts, by path relative to it.
 
     Args:
         texts: names, patterns with ``*`` and ``?``, or lists of both with semicolons; other texts are ignored.
         assets: the folder.
     """
-    root = assets.resolve()
     return {
-        file.relative_to(root).as_posix(): file
-        for text in texts
-        for name in text.split(";")
-        for file in _files(name, assets)
+        place_of(file, assets).name: file for text in texts for name in text.split(";") for file in _files(name, assets)
     }
 
 
@@ -96,7 +93,7 @@ def check_source(source: RuleSource) -> Sequence[CheckedText]:
     return domain_of(suffix_of(source.path)).check(source.path, source.assets)
 
 
-def check_rules(path: Path, assets: Path, library: Path | None = None) -> tuple[CheckedFile, ...]:
+def check_rules(path: Path, assets: AssetRoot, library: Path | None = None) -> tuple[CheckedFile, ...]:
     """Findings about a rule file and its imports, including unsupported features and missing meshes.
 
     Args:
@@ -111,7 +108,7 @@ def check_rules(path: Path, assets: Path, library: Path | None = None) -> tuple[
     return tuple(replace(file, findings=_with_assets(file, assets)) for file in checked)
 
 
-def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding, ...]:
+def warnings_of(missing: Iterable[MissingAsset], assets: AssetRoot) -> tuple[Finding, ...]:
     """One finding for each mesh that is missing or cannot be read.
 
     Args:
@@ -121,7 +118,7 @@ def warnings_of(missing: Iterable[MissingAsset], assets: Path) -> tuple[Finding,
     return tuple(_warning_of(asset, assets) for asset in missing)
 
 
-def _warning_of(asset: MissingAsset, assets: Path) -> Finding:
+def _warning_of(asset: MissingAsset, assets: AssetRoot) -> Finding:
     if asset.reason:
         message, hint = f"{asset.reason}; a box stands in its place", "put another file there"
         return Finding("warning", "bad-asset", message, asset.location, hint)
@@ -165,7 +162,7 @@ def unread_imports(grammar: Grammar) -> tuple[Finding, ...]:
     )
 
 
-def _files(name: str, assets: Path) -> Iterator[Path]:
+def _files(name: str, assets: AssetRoot) -> Iterator[Path]:
     """Files of the asset folder that match a name or pattern, with the buffers of glTF files."""
     for path in matching_files(assets, name) if "*" in name or "?" in name else [name]:
         file = _asset(path, assets)
@@ -173,11 +170,11 @@ def _files(name: str, assets: Path) -> Iterator[Path]:
             continue
         yield file
         if file.suffix.lower() == ".gltf":
-            folder = file.parent.relative_to(assets.resolve())
+            folder = Path(place_of(file, assets).name).parent
             yield from filter(None, (_asset(str(folder / uri), assets) for uri in _buffers(file)))
 
 
-def _asset(name: str, assets: Path) -> Path | None:
+def _asset(name: str, assets: AssetRoot) -> Path | None:
     try:
         return find_asset(name, assets)
     except AssetError:
@@ -199,12 +196,12 @@ def _texts(request: SampleRequest) -> Iterator[str]:
         yield from (value for value in values.values() if isinstance(value, str))
 
 
-def _with_assets(file: CheckedFile, assets: Path) -> tuple[Finding, ...]:
+def _with_assets(file: CheckedFile, assets: AssetRoot) -> tuple[Finding, ...]:
     findings = (*file.findings, *_findings_about(file.tree, assets), *_acceptance(file.tree))
     return tuple(sorted(findings, key=lambda finding: finding.location))
 
 
-def _findings_about(tree: RuleFile, assets: Path) -> tuple[Finding, ...]:
+def _findings_about(tree: RuleFile, assets: AssetRoot) -> tuple[Finding, ...]:
     """One finding for each mesh named by ``i`` in a rule file that is missing or cannot be inserted.
 
     Names are literals at the operation, or the values of its attributes and constants. Names that rules build from
@@ -234,7 +231,7 @@ def _path(argument: Choice, texts: dict[str, Choice]) -> Iterator[str]:
         yield value.value
 
 
-def _findings(asset: MissingAsset, assets: Path) -> tuple[Finding, ...]:
+def _findings(asset: MissingAsset, assets: AssetRoot) -> tuple[Finding, ...]:
     try:
         find_asset(asset.path, assets)
     except MissingAssetError:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.errors import UsageError, check_type
 from grammarlab.rendering.camera import Camera, View, frame, frame_alike, seen_aspect
 from grammarlab.rendering.choice import RendererChoice
@@ -85,7 +86,7 @@ def render(
     pixels: int = 320,
     same_scale: bool = False,
     title: str = "",
-    assets: Path | str | None = None,
+    assets: AssetRoot | str | None = None,
     executor: AbstractExecutor = SERIAL,
 ) -> Image.Image:
     """All models of a scene side by side, each with its number.
@@ -112,7 +113,7 @@ def render(
         raise UsageError("nothing to draw: the scene has no models.")
     if pixels < _MIN_PIXELS:
         raise UsageError(f"pixels: expected at least {_MIN_PIXELS}, found {pixels}.")
-    batch = triangles(with_pictures(scene, None if assets is None else Path(assets)))
+    batch = triangles(with_pictures(scene, Path(assets) if isinstance(assets, str) else assets))
     models = [batch.model(index) for index in range(scene.num_models)]
     tiles = draw_tiles(models, pixels * pixels, executor, same_scale=same_scale)
     page = lay_out(len(models), columns, tiles.width, tiles.height)

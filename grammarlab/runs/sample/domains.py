@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.errors import Finding, LanguageError, UsageError
 
 if TYPE_CHECKING:  # these load learning libraries, which drawing does not need
@@ -71,7 +72,7 @@ class AbstractDomain(ABC, Generic[Space, Models]):
             LanguageError: If it cannot be read or is too large.
         """
 
-    def check(self, path: Path, assets: Path) -> Sequence[CheckedText]:
+    def check(self, path: Path, assets: AssetRoot) -> Sequence[CheckedText]:
         """Findings about a file, then about each further file that it needs.
 
         Raises:
@@ -99,7 +100,7 @@ class AbstractDomain(ABC, Generic[Space, Models]):
         raise UsageError(f"{file}: files of this kind cannot be written as {suffix} files.")
 
     @abstractmethod
-    def open(self, text: str, name: str, assets: Path) -> Space:
+    def open(self, text: str, name: str, assets: AssetRoot) -> Space:
         """Design space of a text.
 
         Args:
@@ -116,7 +117,7 @@ class AbstractDomain(ABC, Generic[Space, Models]):
         """Writer of files of this kind for learned densities."""
 
     @abstractmethod
-    def models(self, text: str, name: str, assets: Path) -> Models:
+    def models(self, text: str, name: str, assets: AssetRoot) -> Models:
         """Models of a text for runs, without what only learning needs.
 
         Args:
@@ -147,12 +148,12 @@ def suffix_of(path: Path) -> str:
 
 
 @lru_cache(maxsize=4)
-def opened(suffix: str, text: str, name: str, assets: Path) -> AbstractDesignSpace[Any]:
+def opened(suffix: str, text: str, name: str, assets: AssetRoot) -> AbstractDesignSpace[Any]:
     """Design space of a text, made once per process; see `AbstractDomain.open`."""
     return domain_of(suffix).open(text, name, assets)
 
 
 @lru_cache(maxsize=4)
-def opened_models(suffix: str, text: str, name: str, assets: Path) -> Any:
+def opened_models(suffix: str, text: str, name: str, assets: AssetRoot) -> Any:
     """Models of a text for runs, made once per process; see `AbstractDomain.models`."""
     return domain_of(suffix).models(text, name, assets)

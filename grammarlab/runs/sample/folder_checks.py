@@ -9,6 +9,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
 
+from grammarlab.asset_roots import asset_root
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.state.workspace import Budget
 from grammarlab.errors import GrammarlabError, LanguageError, UsageError
@@ -105,18 +106,18 @@ def _tried(path: Path, folder: Path, library: Path | None) -> TriedFile:
     features = tuple(
         sorted({finding.message for finding in check(grammar, SUPPORTED) if finding.severity == "unsupported"})
     )
-    outcome, reason = _outcome(grammar, path)
+    outcome, reason = _outcome(grammar, path, library)
     return TriedFile(name, outcome, reason, features)
 
 
-def _outcome(grammar: Grammar, path: Path) -> tuple[Outcome, str]:
+def _outcome(grammar: Grammar, path: Path, library: Path | None) -> tuple[Outcome, str]:
     if not any(not rule.parameters for rule in (*grammar.start_rules, *grammar.rules.values())):
         return "no start rule", "it has no rule without parameters"
     if grammar.import_findings:
         return "import", grammar.import_findings[0].message
     try:
         whole = grammar_to_run(linked(grammar), str(path))
-        derive(whole, 1, 0, assets=assets_folder(path), budget=_BUDGET)
+        derive(whole, 1, 0, assets=asset_root(assets_folder(path), library), budget=_BUDGET)
     except LanguageError as error:
         outcome, reason = "error", _first(error)
     except GrammarlabError as error:

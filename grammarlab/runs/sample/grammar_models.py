@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.derivation.derive import attributes_of_lots, derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import Finding, LanguageError
@@ -131,7 +132,7 @@ class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
                 raise
             return text
 
-    def check(self, path: Path, assets: Path) -> Sequence[CheckedText]:
+    def check(self, path: Path, assets: AssetRoot) -> Sequence[CheckedText]:
         return check_rules(path, assets)
 
     def formatted(self, text: str, file: str, suffix: str) -> str:
@@ -141,14 +142,14 @@ class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
 
         return format_grammar(Grammar.parse(text, file))
 
-    def open(self, text: str, name: str, assets: Path) -> GrammarSpace:
+    def open(self, text: str, name: str, assets: AssetRoot) -> GrammarSpace:
         from grammarlab.learning.designs.grammar_space import GrammarSpace  # noqa: PLC0415
 
         space = GrammarSpace(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
         _ = space.program  # a grammar that cannot be compiled is an error of the text
         return space
 
-    def models(self, text: str, name: str, assets: Path) -> GrammarModels:
+    def models(self, text: str, name: str, assets: AssetRoot) -> GrammarModels:
         source = AcceptedGrammar(grammar_to_run(text, f"{name}{SUFFIX}"), assets)
         _ = source.program
         return GrammarModels(source)

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from grammarlab.about import __version__
+from grammarlab.asset_roots import AssetRoot, asset_root, library_of, own_folder
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
 from grammarlab.files import read_bounded, write_text
@@ -109,6 +110,7 @@ def write_manifest(
         files: hashes of all files; None during the run.
         missing_assets: meshes that the asset folder lacks.
     """
+    library = library_of(request.assets)
     values = {
         "format": FORMAT,
         "complete": files is not None,
@@ -116,7 +118,8 @@ def write_manifest(
         "request": request.as_json(),
         "place": place_of(request),
         "remarks": [asdict(remark) for remark in request.remarks],
-        "assets": _describe_assets(request.assets, folder),
+        "assets": _describe_assets(own_folder(request.assets), folder),
+        **({} if library is None else {"library": _relative(library, folder)}),
         "asset_files": dict(asset_files),
         "missing_assets": [asdict(asset) for asset in missing_assets],
         "versions": current_versions() | _drawing_versions(choice),
@@ -141,7 +144,7 @@ def current_versions() -> dict[str, str]:
     }
 
 
-def read_manifest(path: Path | str, assets: Path | None = None) -> Manifest:
+def read_manifest(path: Path | str, assets: AssetRoot | None = None) -> Manifest:
     """Manifest from a file, or from the folder of a run.
 
     Args:
@@ -171,10 +174,15 @@ def _describe_assets(assets: Path, folder: Path) -> str:
         return _SHIPPED_SPECIES
     if assets.resolve().is_relative_to(shipped):
         return _SHIPPED
+    return _relative(assets, folder)
+
+
+def _relative(path: Path, folder: Path) -> str:
+    """A path relative to a folder, if possible."""
     try:
-        return Path(os.path.relpath(assets.resolve(), folder.resolve())).as_posix()
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
     except ValueError:  # another drive
-        return assets.resolve().as_posix()
+        return path.resolve().as_posix()
 
 
 def _embree_version() -> dict[str, str]:
@@ -189,7 +197,7 @@ def _drawing_versions(choice: RendererChoice) -> dict[str, str]:
     return {name: version(name) for name in _GL_LIBRARIES} | {"opengl": choice.driver} if choice.name == "gl" else {}
 
 
-def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
+def _parsed(values: Any, folder: Path, assets: AssetRoot | None) -> Manifest:
     """The manifest in a folder, from its JSON values.
 
     Raises:
@@ -200,6 +208,7 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
         text, digest = (member(values.get("grammar"), name, str, "grammar") for name in ("text", "sha256"))
         described = member(values, "request", dict)
         asset_folder = member(values, "assets", str)
+        library = member(values, "library", str) if "library" in values else None
         complete = member(values, "complete", bool)
         versions, files, asset_files = (texts(values, name) for name in ("versions", "files", "asset_files"))
         models = tuple(of_kind(model, dict, "models") for model in member(values, "models", list))
@@ -207,7 +216,10 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
         raise AssetError(f"the manifest is damaged: {error}") from error
     if version not in range(_FIRST_FORMAT, FORMAT + 1):
         raise AssetError(f"expected a manifest of format {FORMAT}, found format {version!r:.20}.")
-    request = SampleRequest.from_json(described, text, assets or _find_assets(asset_folder, folder))
+    assets = assets or _find_assets(asset_folder, folder)
+    if library is not None:
+        assets = _with_library(assets, library, folder)
+    request = SampleRequest.from_json(described, text, assets)
     if request.text_hash != digest:
         raise AssetError("the text of the models does not match its hash; one of them was changed.")
     return Manifest(
@@ -219,6 +231,13 @@ def _parsed(values: Any, folder: Path, assets: Path | None) -> Manifest:
         files=files,
         asset_files=asset_files,
     )
+
+
+def _with_library(assets: AssetRoot, library: str, folder: Path) -> AssetRoot:
+    """The assets of a run that had a library, unless they have one themselves."""
+    if "\0" in library:
+        raise AssetError("the manifest is damaged: library: expected a path.")
+    return asset_root(assets, folder / library) if isinstance(assets, Path) else assets
 
 
 def _find_assets(description: str, folder: Path) -> Path:

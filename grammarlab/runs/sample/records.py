@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.texture_files import image_file
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.forest import MissingAsset
@@ -327,7 +328,7 @@ def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArr
     return origins if request.origin is None or not shared else np.broadcast_to(request.origin, origins.shape)
 
 
-def _missing_images(scene: Scene, assets: Path) -> set[str]:
+def _missing_images(scene: Scene, assets: AssetRoot) -> set[str]:
     """The textures of visible shapes that the asset folder lacks."""
     used = {scene.materials.textures[material] for material in np.unique(scene.material).tolist()}
     used -= scene.materials.pictures.keys()

@@ -10,6 +10,7 @@ from typing import Any, Literal, Self, TypedDict, Unpack, get_args
 
 import numpy as np
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.derivation.lots import shared_origin
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.export import FORMATS
@@ -73,7 +74,7 @@ class SampleRequest:
     """Text of the file that describes the models."""
     suffix: str = DEFAULT
     """Suffix of its domain (`grammarlab.runs.sample.domains`)."""
-    assets: Path
+    assets: AssetRoot
     """Folder of the assets that it names."""
     num_models: int = 1
     """Number of models per footprint, at least 1."""
@@ -258,7 +259,7 @@ class SampleRequest:
         }
 
     @classmethod
-    def from_json(cls, values: Mapping[str, Any], text: str, assets: Path) -> Self:
+    def from_json(cls, values: Mapping[str, Any], text: str, assets: AssetRoot) -> Self:
         """Request from the values of `as_json`.
 
         Raises:

@@ -6,7 +6,6 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -14,6 +13,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.runs.sample.manifest import place_of
 from grammarlab.runs.sample.model_rows import FORMAT
@@ -116,7 +116,7 @@ class ShardPlan:
         return json.dumps(values, indent=1) + "\n"
 
     @classmethod
-    def from_text(cls, content: bytes, assets: Path) -> Self:
+    def from_text(cls, content: bytes, assets: AssetRoot) -> Self:
         """Plan from the text of `to_text`, without its legend.
 
         Args:

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from grammarlab.about import PACKAGE
+from grammarlab.asset_roots import AssetRoot, asset_root
 from grammarlab.errors import AssetError, TomlError, UsageError
 from grammarlab.files import read_bounded
 from grammarlab.language.grammar import Grammar, read_text
@@ -30,8 +31,8 @@ class RuleSource:
     name: str
     """Name for output files, such as ``building``."""
     path: Path
-    assets: Path
-    """Folder of the assets that it names."""
+    assets: AssetRoot
+    """Folder of the assets that it names, with the library that the user chose."""
     shipped: bool
     """Whether it is a shipped example."""
     choices: RuleChoices = NO_CHOICES
@@ -168,16 +169,17 @@ def find_rules(argument: str, assets: Path | None = None, choices: RuleChoices =
         from grammarlab.runs.sample.rule_packages import open_package  # noqa: PLC0415  # few runs open a package
 
         package = open_package(path)
+        root = asset_root(assets or assets_folder(package.rules), choices.library)
         choices = replace(choices, library=choices.library or package.library)
-        return RuleSource(
-            path.stem, package.rules, assets or assets_folder(package.rules), shipped=False, choices=choices
-        )
+        return RuleSource(path.stem, package.rules, root, shipped=False, choices=choices)
     if path.is_file():
-        return RuleSource(path.stem, path, assets or assets_folder(path), shipped=False, choices=choices)
+        root = asset_root(assets or assets_folder(path), choices.library)
+        return RuleSource(path.stem, path, root, shipped=False, choices=choices)
     examples = {source.name: source for source in (*shipped_examples(), *shipped_facades(), *shipped_species())}
     if argument in examples:
         example = examples[argument]
-        return RuleSource(example.name, example.path, assets or example.assets, shipped=True, choices=choices)
+        root = example.assets if assets is None else asset_root(assets, choices.library)
+        return RuleSource(example.name, example.path, root, shipped=True, choices=choices)
     if path.is_dir():
         raise UsageError(
             f"{argument!r} is a folder; expected a {SUFFIX} or {SPECIES} file, or one of: {', '.join(examples)}."

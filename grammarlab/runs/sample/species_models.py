@@ -15,6 +15,7 @@ import pyarrow as pa
 import shapely
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.texture_files import image_file
 from grammarlab.errors import Finding, LanguageError, Location, TomlError, UsageError
 from grammarlab.files import read_bounded
@@ -61,7 +62,7 @@ class SpeciesModels(AbstractModels):
     """Trees of a species."""
 
     species: Species
-    assets: Path
+    assets: AssetRoot
     """Folder of the pictures of bark and leaves."""
 
     def attributes(self, texts: Sequence[str]) -> dict[str, AttributeValue]:
@@ -168,7 +169,7 @@ class SpeciesDomain(AbstractDomain["SpeciesSpace", SpeciesModels]):
             place = Location(error.line or 1, error.column or 1, 1, str(path))
             raise LanguageError((Finding("error", "encoding", error.message, place),), "") from error
 
-    def check(self, path: Path, assets: Path) -> Sequence[CheckedText]:
+    def check(self, path: Path, assets: AssetRoot) -> Sequence[CheckedText]:
         text = self.read(path)
         return (_CheckedSpecies(text, _findings(text, str(path), assets)),)
 
@@ -185,12 +186,12 @@ class SpeciesDomain(AbstractDomain["SpeciesSpace", SpeciesModels]):
             )
         return "".join(lines[:head]) + ("\n" if head else "") + write(parse(text, file))
 
-    def open(self, text: str, name: str, assets: Path) -> SpeciesSpace:
+    def open(self, text: str, name: str, assets: AssetRoot) -> SpeciesSpace:
         from grammarlab.learning.designs.species_space import SpeciesSpace  # noqa: PLC0415
 
         return SpeciesSpace(species_to_run(text, f"{name}{SPECIES}"), text, assets)
 
-    def models(self, text: str, name: str, assets: Path) -> SpeciesModels:
+    def models(self, text: str, name: str, assets: AssetRoot) -> SpeciesModels:
         return SpeciesModels(species_to_run(text, f"{name}{SPECIES}"), assets)
 
     def writer(self, space: SpeciesSpace) -> SpeciesWriter:
@@ -206,7 +207,7 @@ class ArbaroDomain(SpeciesDomain):
     def read(self, path: Path, library: Path | None = None) -> str:
         return write(read_arbaro(read_text(path), str(path)))
 
-    def check(self, path: Path, assets: Path) -> Sequence[CheckedText]:
+    def check(self, path: Path, assets: AssetRoot) -> Sequence[CheckedText]:
         text = read_text(path)
         return (_CheckedSpecies(text, check_arbaro(text, str(path))),)
 
@@ -307,7 +308,7 @@ def _number(value: AttributeValue, unit: str) -> float | None:
     return number if np.isfinite(number) else None
 
 
-def _findings(text: str, name: str, assets: Path) -> tuple[Finding, ...]:
+def _findings(text: str, name: str, assets: AssetRoot) -> tuple[Finding, ...]:
     """Findings about a species, its acceptance rule and its pictures."""
     findings = check(text, name)
     if any(finding.severity == "error" for finding in findings):

@@ -53,7 +53,7 @@ report = Stop()
 
 
 def new_learner(seed: int = 0) -> Handler:
-    return learner(".cga", POSTS, "posts", ".", seed, SIZE, False)
+    return learner(".cga", POSTS, "posts", Path(), seed, SIZE, False)
 
 
 def asked_by_protocol(seed: int) -> list[str]:
@@ -116,7 +116,7 @@ def test_scores_alone_do_not_widen_what_is_learned_from_again():
     update = Update({"overall": NOTHING_LIKED}, NUMBERS, None)
     assert not new_learner()(update, report).wide
     assert new_learner()(replace(update, wide=True), report).wide
-    assert learner(".cga", POSTS, "posts", ".", 0, SIZE, True)(update, report).wide
+    assert learner(".cga", POSTS, "posts", Path(), 0, SIZE, True)(update, report).wide
 
 
 @pytest.fixture

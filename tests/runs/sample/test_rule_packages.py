@@ -53,7 +53,7 @@ def test_a_package_gives_its_first_rule_file_with_imports_assets_and_other_proje
     source = find_rules(str(path))
     assert source.path.read_bytes() == RULES
     assert "comp" in source.text()
-    assert (source.assets / "wall.png").stat().st_size == 10240
+    assert find_asset("wall.png", source.assets).stat().st_size == 10240
     assert find_asset("/ESRI.lib/assets/oak.obj", source.assets).read_bytes() == b"v 0 0 0"
     assert source.choices.library is not None
     assert (source.choices.library / "ESRI.lib" / "rules" / "roof.cga").is_file()
