@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
 
-from grammarlab.asset_roots import AssetRoot, place_of
+from grammarlab.asset_roots import AssetRoot, library_of, place_of
 from grammarlab.assets.mesh_files import find_asset
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
@@ -124,6 +124,8 @@ def _warning_of(asset: MissingAsset, assets: AssetRoot) -> Finding:
         return Finding("warning", "bad-asset", message, asset.location, hint)
     message = f'there is no asset "{asset.path}" in the asset folder {assets}; a box stands in its place'
     hint = "say where the meshes are with `assets=DIR`"
+    if asset.path.startswith("/") and library_of(assets) is None:
+        hint += ", and the projects of others with `library=DIR`"
     return Finding("warning", "missing-asset", message, asset.location, hint)
 
 

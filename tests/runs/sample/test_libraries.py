@@ -126,6 +126,9 @@ def test_check_names_a_missing_asset_of_the_library(root):
     assert [finding.code for finding in findings] == ["missing-asset"]
     assert PLANT in findings[0].message
     assert str(root.library) in findings[0].message
+    assert "library=DIR" not in findings[0].hint
+    findings = [finding for file in check_source(find_rules(str(rules_of(root)))) for finding in file.findings]
+    assert "library=DIR" in findings[0].hint
 
 
 def test_a_manifest_names_the_library_and_hashes_its_files(root, tmp_path):
