@@ -188,23 +188,29 @@ class TreeGrowth:
         return float(np.logaddexp(self._leaf(tree.labels, depth).log_posterior, self.divided(tree, depth)))
 
     def divided(self, tree: Tree, depth: int = 0) -> float:
-        """The same without the node as a cell; minus infinity if no division is worth its price."""
-        beside = self._single_cuts(tree.labels, depth)
+        """The same without the node as a cell; minus infinity if there is no division."""
+        columns = self._compared(tree.labels, depth)
+        beside = self._single_cuts(tree.labels, depth, columns)
         if tree.split is None:
             return beside
         parts = [part for _, part in tree.parts]
         prior = tree.log_posterior - sum(part.log_posterior for part in parts)
-        grown = prior + sum(self.with_others(part, depth + 1) for part in parts)
-        cut = prior + sum(self._leaf(part.labels, depth + 1).log_posterior for part in parts)
-        # The cut itself is one of those beside.
-        more = grown + np.log1p(-np.exp(cut - grown)) if cut < grown else -np.inf
+        more = prior + sum(self.with_others(part, depth + 1) for part in parts)
+        if self.columns.place(tree.split.reading) in columns:
+            # The cut itself is one of those beside.
+            cut = prior + sum(self._leaf(part.labels, depth + 1).log_posterior for part in parts)
+            more = more + np.log1p(-np.exp(cut - more)) if cut < more else -np.inf
         return float(np.logaddexp(beside, more))
 
-    def _single_cuts(self, labels: Ints, depth: int) -> float:
-        """Log of the evidence of all divisions of a node by one cut into cells."""
-        if self._worth_dividing(labels, depth) is None:
+    def _compared(self, labels: Ints, depth: int) -> Ints:
+        """[K] columns whose cuts of a node are compared; none if no cut is worth its price."""
+        ranked = self._worth_dividing(labels, depth)
+        return np.zeros(0, dtype=np.int64) if ranked is None else ranked.columns
+
+    def _single_cuts(self, labels: Ints, depth: int, columns: Ints) -> float:
+        """Log of the evidence of all divisions of a node by one cut of one of some columns [K] into cells."""
+        if not len(columns):
             return -np.inf
-        columns = self._screened(labels)[:_NUM_EXACT]
         codes = self._codes(columns, labels)
         totals = all_cuts(codes, self.evidence.terms[labels], self.evidence.of_sums, _log_leaf(depth + 1))
         return _log_dividing(depth) + float(np.logaddexp.reduce(totals - self.columns.prices[columns]))
