@@ -20,6 +20,7 @@ from grammarlab.learning.settings import Settings
 from grammarlab.runs.evaluate.request import named_scenarios, shipped_scenarios
 from grammarlab.runs.sample.shipped import find_rules
 from tests.cases import some
+from tests.evaluation.scenarios.invented_truth import INVENTED_TRUTH
 from tests.evaluation.scenarios.kinds_truth import KINDS_TRUTH
 from tests.evaluation.scenarios.taste_truth import TASTE_TRUTH
 from tests.evaluation.scenarios.truth import Model
@@ -28,8 +29,8 @@ from tests.evaluation.scenarios.truth import models as plain
 ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "scenarios" / "tastes"
 PATHS = sorted(FOLDER.glob("*/*.toml"))
-FOLDERS = ("tuning", "measured", "once", "later", "kinds")
-TRUTH = TASTE_TRUTH | KINDS_TRUTH
+FOLDERS = ("tuning", "measured", "once", "later", "kinds", "invented")
+TRUTH = TASTE_TRUTH | KINDS_TRUTH | INVENTED_TRUTH
 LEAST = 0.1
 """Divergence in nats of the grammar as it is."""
 
@@ -51,15 +52,21 @@ def grammar_of(named: str) -> tuple[Grammar, Path]:
     return Grammar.parse(rules.text()), rules.assets
 
 
+@cache
+def rules_file(named: str) -> str:
+    """The file of the grammar that a scenario names: one path, whichever folder a scenario names it from."""
+    return str(find_rules(named).path.resolve())
+
+
 def shown(named: str) -> str:
     """The grammar that a scenario names, as the page shows it."""
-    return find_rules(named).path.resolve().relative_to(ROOT / "grammars").with_suffix("").as_posix()
+    return Path(rules_file(named)).relative_to(ROOT / "grammars").with_suffix("").as_posix()
 
 
 @cache
 def models(grammar: str, draws: str, num_models: int, seed: int):
     """The labelled set that all tastes about a grammar share."""
-    path = next(p for p in PATHS if (s := load(p)).grammar == grammar and s.draws == draws)
+    path = next(p for p in PATHS if rules_file((s := load(p)).grammar) == grammar and s.draws == draws)
     source = Source(load(path), GrammarSpace(*grammar_of(grammar)))
     assert (source.scenario.num_models, source.scenario.seed) == (num_models, seed)
     return labelled_set(source)
@@ -74,7 +81,7 @@ def test_a_taste_fits_its_grammar_and_has_something_to_learn(path, monkeypatch):
     monkeypatch.setattr(
         preparation,
         "labelled_set",
-        lambda _: models(scenario.grammar, scenario.draws, scenario.num_models, scenario.seed),
+        lambda _: models(rules_file(scenario.grammar), scenario.draws, scenario.num_models, scenario.seed),
     )
     source = Source(scenario, GrammarSpace(*grammar_of(scenario.grammar)))
     material = prepare(source, Settings())
@@ -96,7 +103,7 @@ def test_the_folders_hold_every_kind_on_several_grammars():
         kinds, grammars = zip(*pairs[folder], strict=True)
         assert len(set(kinds)) == len(kinds)
         assert len(set(grammars)) >= 5
-    tuning, measured, once, later, _ = (dict(pairs[folder]).keys() for folder in FOLDERS)
+    tuning, measured, once, later, *_ = (dict(pairs[folder]).keys() for folder in FOLDERS)
     assert tuning == measured >= once >= later
     twice = [pair for pair, number in Counter(pair for own in pairs.values() for pair in own).items() if number > 1]
     # equal_skyscraper is about the colour of windows, equal_skyscraper_frames about frames.
@@ -122,7 +129,7 @@ def few(grammar: str) -> tuple[tuple[Forest, ...], list[Model]]:
 @pytest.mark.parametrize("path", some(PATHS), ids=lambda path: path.stem)
 def test_models_get_the_score_that_plain_python_gives_them(path):
     scenario = load(path)
-    forests, trees = few(scenario.grammar)
+    forests, trees = few(rules_file(scenario.grammar))
     scores = np.concatenate([scenario.score.evaluate(count(forest, scenario.score.features)) for forest in forests])
     assert len(np.unique(scores)) > 1
     assert np.allclose(scores, [TRUTH[path.stem](tree) for tree in trees], rtol=0, atol=1e-9)

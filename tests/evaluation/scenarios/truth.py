@@ -6,21 +6,21 @@ Written from the grammars' comments and the paper's Table 4.2, apart from the ex
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 
 from grammarlab.derivation.forest import Forest
 
 
-@dataclass
+@dataclass(slots=True)
 class Node:
     symbol: str
     branch: int | None
     """First level of the branch, None for leaves and rules without a choice."""
-    children: list[Node] = field(default_factory=list)
+    children: Sequence[Node] = ()
     draws: dict[str, float] = field(default_factory=dict)
     """What its rule drew."""
 
@@ -49,19 +49,17 @@ class Model:
 
 def models(forest: Forest) -> Iterator[Model]:
     nodes = forest.nodes
-    made: list[Node] = []
-    below: dict[int, list[tuple[int, int, int]]] = {}
-    roots: dict[int, Node] = {}
-    for row in range(len(nodes)):
-        rule = forest.rules[nodes.rule[row]] if nodes.rule[row] >= 0 else None
-        made.append(Node(forest.symbols[nodes.symbol[row]], rule.branch[0] if rule and rule.branch else None))
-        parent = int(nodes.parent[row])
-        if parent < 0:
-            roots[int(nodes.model[row])] = made[row]
-        else:
-            below.setdefault(parent, []).append((int(nodes.child[row]), int(nodes.repeat[row]), row))
-    for parent, rows in below.items():
-        made[parent].children = [made[row] for _, _, row in sorted(rows)]
+    branches = [rule.branch[0] if rule.branch else None for rule in forest.rules]
+    made = [
+        Node(forest.symbols[symbol], branches[rule] if rule >= 0 else None)
+        for symbol, rule in zip(nodes.symbol.tolist(), nodes.rule.tolist(), strict=True)
+    ]
+    order = np.lexsort((nodes.repeat, nodes.child, nodes.parent))
+    parents = nodes.parent.tolist()
+    for parent, rows in groupby(order.tolist(), parents.__getitem__):
+        if parent >= 0:
+            made[parent].children = [made[row] for row in rows]
+    roots = {int(nodes.model[row]): made[row] for row in np.flatnonzero(nodes.parent < 0)}
     draws: dict[int, dict[str, float]] = {model: {} for model in roots}
     for node, site, value in zip(forest.draws.node, forest.draws.site, forest.draws.value, strict=True):
         name = forest.sites[site].name
