@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grammarlab.asset_roots import AssetRoot
 from grammarlab.derivation import Forest, derive
 from grammarlab.evaluation import preparation
 from grammarlab.evaluation.preparation import Source, labelled_set, prepare
@@ -46,7 +47,7 @@ TABLES = {folder: rows(folder) for folder in FOLDERS}
 
 
 @cache
-def grammar_of(named: str) -> tuple[Grammar, Path]:
+def grammar_of(named: str) -> tuple[Grammar, AssetRoot]:
     """The grammar that a scenario names, by name or by path, and its assets."""
     rules = find_rules(named)
     return Grammar.parse(rules.text()), rules.assets
