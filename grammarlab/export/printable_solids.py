@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,14 +23,14 @@ _FARTHEST = 4.0
 """Largest distance that a corner moves, in margins: the tip of a needle would move without bound."""
 _SHORTEST = 1e-5
 """Metres below which edges are removed."""
-_FLAT = 1.0 - 1e-9
-"""Least cosine between normals of triangles in one plane, in the unit cube of their mesh."""
+_SMOOTH = float(np.cos(np.radians(30.0)))
+"""Least cosine between normals of neighbours that become thick as one: they would cross behind sharper folds."""
 _GAP = 5e-5
 """Metres between surfaces that touched along an edge: less than a printer can make."""
 _MOST_ROUNDS = 8
 """Largest number of times that surfaces draw back."""
 _MOST_SHAPES = 10_000
-"""Largest number of shapes that are united: their time grows faster than their number."""
+"""Largest number of shapes, and of pieces of different shapes, that are united: their time grows faster than they."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,14 +47,14 @@ class Solid:
 
 @dataclass(frozen=True, slots=True)
 class _Shape:
-    """A mesh in the unit cube as triangles."""
+    """Connected triangles, in the unit cube of their mesh, or in metres."""
 
     points: Floats
     triangles: Ints
     rim: Ints
     """[R, 2] directed edges without a triangle at their other side."""
-    is_piece: bool = False
-    """Whether it is a flat piece of a folded surface."""
+    thickness: float = _THICKNESS
+    """Metres that it becomes thick if it is open."""
 
 
 def solid_of(scene: Scene) -> Solid:
@@ -64,13 +64,9 @@ def solid_of(scene: Scene) -> Solid:
     Hollows that are closed on all sides are filled.
 
     Raises:
-        UsageError: If it has more than `_MOST_SHAPES` shapes.
+        UsageError: If it has more than `_MOST_SHAPES` shapes, or pieces of different shapes.
     """
-    if len(scene) > _MOST_SHAPES:
-        raise UsageError(
-            f"a model has {len(scene):,} shapes and at most {_MOST_SHAPES:,} are united to a solid; "
-            "choose another format, or a model of less detail"
-        )
+    _check_number("shapes", len(scene))
     first = Manifold.reserve_ids(max(len(scene), 1))
     whole = Manifold.batch_boolean(list(_solids(scene, first)), OpType.Add)
     filled = [part for part in whole.decompose() if part.volume() > 0.0]
@@ -117,32 +113,52 @@ def distinct_corners(points: NDArray[np.floating], triangles: Ints) -> tuple[Int
     return proper, places[proper]
 
 
+def _check_number(what: str, num: int) -> None:
+    if num > _MOST_SHAPES:
+        raise UsageError(
+            f"a model has {num:,} {what} and at most {_MOST_SHAPES:,} are united to a solid; "
+            "choose another format, or a model of less detail"
+        )
+
+
 def _solids(scene: Scene, first_id: int) -> Iterator[Manifold]:
     """The solids of all shapes with a volume; triangles have the id ``first_id + k`` of a shape k of their material."""
+    # Shapes that differ in their place only are one solid.
+    sizes = (size.tobytes() for size in scene.size)
+    keys = list(zip(scene.mesh.tolist(), sizes, scene.frame.tolist(), scene.material.tolist(), strict=True))
+    rows = {key: row for row, key in reversed(list(enumerate(keys)))}
+    pieces = _different_pieces(scene, sorted(rows.values()))
+    solids: dict[int, Manifold] = {}
+    for key, position in zip(keys, scene.position.tolist(), strict=True):
+        row = rows[key]
+        if row not in solids:
+            frame = scene.frames[scene.frame[row]]
+            found = (_placed(piece, frame, first_id + row) for piece in pieces[row])
+            solids[row] = Manifold.batch_boolean([solid for solid in found if solid is not None], OpType.Add)
+        if not solids[row].is_empty():
+            yield solids[row].translate(position)
+
+
+def _different_pieces(scene: Scene, rows: Sequence[int]) -> dict[int, list[_Shape]]:
+    """The pieces of the shapes in some rows, in metres; they are counted before the first ones are united."""
     parts: dict[int, list[_Shape]] = {}
-    solids: dict[tuple[int, bytes, int, int], Manifold] = {}
-    columns = zip(scene.mesh.tolist(), scene.frame.tolist(), scene.material.tolist(), strict=True)
-    for row, (mesh, frame, material) in enumerate(columns):
-        # Shapes that differ in their place only are one solid.
-        key = mesh, scene.size[row].tobytes(), frame, material
-        if key not in solids:
-            parts[mesh] = parts.get(mesh) or _shapes(scene, mesh)
-            found = (_placed(part, scene.size[row], scene.frames[frame], first_id + row) for part in parts[mesh])
-            solids[key] = Manifold.batch_boolean([solid for solid in found if solid is not None], OpType.Add)
-        if not solids[key].is_empty():
-            yield solids[key].translate(scene.position[row].tolist())
+    pieces: dict[int, list[_Shape]] = {}
+    num = 0
+    for row in rows:
+        mesh = int(scene.mesh[row])
+        if mesh not in parts:
+            parts[mesh] = _shapes(scene, mesh)
+        pieces[row] = [piece for part in parts[mesh] for piece in _pieces(part, scene.size[row])]
+        num += len(pieces[row])
+        _check_number("pieces of meshes, between sharp folds,", num)
+    return pieces
 
 
-def _placed(shape: _Shape, size: Floats, frame: Floats, number: int) -> Manifold | None:
-    """A shape as a solid that counts from its place; None if it has no volume."""
-    is_closed = not len(shape.rim)
-    if is_closed:
-        size = np.where(size > 0.0, size, _THICKNESS)
-    points, triangles = (shape.points * size) @ frame.T, shape.triangles
-    if not is_closed:
-        # What is folded in little room keeps to it.
-        thickness = min(_THICKNESS, *size[size > 0.0]) if shape.is_piece else _THICKNESS
-        points, triangles = _thick(points, triangles, shape.rim, thickness)
+def _placed(shape: _Shape, frame: Floats, number: int) -> Manifold | None:
+    """A shape in metres as a solid that counts from its place; None if it has no volume."""
+    points, triangles = shape.points @ frame.T, shape.triangles
+    if len(shape.rim):
+        points, triangles = _thick(points, triangles, shape.rim, shape.thickness)
     return _solid(_larger(points, triangles), triangles, number)
 
 
@@ -152,18 +168,23 @@ def _shapes(scene: Scene, index: int) -> list[_Shape]:
     triangles, _ = triangulate(mesh)
     points = np.unique(mesh.points, axis=0)
     _, triangles = distinct_corners(mesh.points, triangles)
-    return [
-        shape for rows, corners in _parts(points, triangles) for shape in _thickenable(_shape(points[rows], corners))
-    ]
+    return [_shape(points[rows], corners) for rows, corners in _parts(triangles, _joints(triangles))]
 
 
-def _thickenable(part: _Shape) -> list[_Shape]:
-    """The flat pieces of an open part: a folded one would cross itself behind its folds if it became thick whole."""
+def _pieces(part: _Shape, size: Floats) -> list[_Shape]:
+    """A part of a mesh in metres; an open one is divided at sharp folds, behind which it would cross itself."""
     if not len(part.rim):
-        return [part]
-    pieces = _parts(part.points, part.triangles, flat=True)
-    is_piece = len(pieces) > 1
-    return [replace(_shape(part.points[rows], corners), is_piece=is_piece) for rows, corners in pieces]
+        return [replace(part, points=part.points * np.where(size > 0.0, size, _THICKNESS))]
+    points = part.points * size
+    normal, joints = _normals(points, part.triangles), _joints(part.triangles)
+    first, second = normal[joints // 3].swapaxes(0, 1)
+    is_smooth = (first * second).sum(axis=1) > _SMOOTH
+    if is_smooth.all():
+        return [replace(part, points=points)]
+    # What is folded in little room keeps to it.
+    thickness = min([_THICKNESS, *size[size > 0.0]])
+    pieces = _parts(part.triangles, joints[is_smooth])
+    return [replace(_shape(points[rows], corners), thickness=thickness) for rows, corners in pieces]
 
 
 def _shape(points: Floats, triangles: Ints) -> _Shape:
@@ -177,28 +198,30 @@ def _edges(triangles: Ints) -> Ints:
     return np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
 
 
-def _parts(points: Floats, triangles: Ints, *, flat: bool = False) -> list[tuple[Ints, Ints]]:
-    """Parts of a mesh whose triangles are connected by edges that two triangles share.
+def _joints(triangles: Ints) -> Ints:
+    """[J, 2] rows of `_edges` that are one edge, of the two triangles that share it."""
+    edges = np.sort(_edges(triangles), axis=1)
+    number = edges @ (edges.max(initial=0) + 1, 1)
+    order = np.argsort(number, kind="stable")
+    _, counts = np.unique(number, return_counts=True)
+    return order[np.repeat(counts == 2, counts)].reshape(-1, 2)
+
+
+def _parts(triangles: Ints, joints: Ints) -> list[tuple[Ints, Ints]]:
+    """Parts of a mesh whose triangles are connected by some edges that two triangles share.
 
     Parts that only touch have points of their own, so that they move apart when they grow.
 
     Args:
-        points: [P, 3] points.
         triangles: [T, 3] rows of points.
-        flat: whether only edges between triangles of one plane connect.
+        joints: [J, 2] rows of `_edges` that connect, as of `_joints`.
 
     Returns:
         For each part, [p] rows of its points, and [t, 3] its triangles as rows of these.
     """
     edges, start = _edges(triangles), np.arange(3 * len(triangles))
     end = np.roll(start.reshape(-1, 3), -1, axis=1).ravel()
-    _, edge, counts = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True, return_counts=True)
-    shared = np.flatnonzero(counts[edge.ravel()] == 2)
-    first, second = shared[np.argsort(edge.ravel()[shared], kind="stable")].reshape(-1, 2).T
-    if flat:
-        normal = _normals(points, triangles)
-        is_flat = (normal[first // 3] * normal[second // 3]).sum(axis=1) > _FLAT
-        first, second = first[is_flat], second[is_flat]
+    first, second = joints.T
     is_turned = edges[first, 0] != edges[second, 0]
     from_start, from_end = np.where(is_turned, (end[second], start[second]), (start[second], end[second]))
     point = connected(len(start), np.append(start[first], end[first]), np.append(from_start, from_end))
@@ -206,10 +229,12 @@ def _parts(points: Floats, triangles: Ints, *, flat: bool = False) -> list[tuple
     place[point] = triangles.ravel()
     corners = point.reshape(-1, 3)
     part = connected(len(place), corners[:, :2].ravel(), corners[:, 1:].ravel())[corners[:, 0]]
+    order = np.argsort(part, kind="stable")
     return [
         (place[used], rows.reshape(-1, 3))
-        for number in np.unique(part).tolist()
-        for used, rows in (np.unique(corners[part == number], return_inverse=True),)
+        for members in np.split(order, np.flatnonzero(np.diff(part[order])) + 1)
+        if len(members)
+        for used, rows in (np.unique(corners[members], return_inverse=True),)
     ]
 
 

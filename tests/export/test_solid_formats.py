@@ -13,7 +13,8 @@ import trimesh
 from PIL import Image
 
 from grammarlab.derivation.derive import derive
-from grammarlab.export import SaveOptions, save, stl
+from grammarlab.errors import UsageError
+from grammarlab.export import SaveOptions, printable_solids, save, stl
 from grammarlab.export.printable_solids import Solid, apart, solid_of
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import realize
@@ -90,6 +91,32 @@ def test_a_folded_surface_without_a_back_is_thick_without_crossing_itself(tmp_pa
     # Nothing reaches further behind a face than the frame is deep.
     assert np.allclose(solid.points.min(axis=0), [-0.03, 0.0, -0.06], atol=1e-3)
     assert np.allclose(solid.points.max(axis=0), [1.03, 2.0, 0.06], atol=1e-3)
+
+
+def test_an_open_surface_is_divided_at_sharp_folds_only_and_its_pieces_are_counted(tmp_path, monkeypatch):
+    """Ten folded faces: folds of 0.1 m by 11 degrees, and of 3 m by 143 degrees."""
+    monkeypatch.setattr(printable_solids, "_MOST_SHAPES", 4)
+    lines = [f"v {x} {x % 2} {z}" for x in range(11) for z in (0, 10)]
+    lines += [f"f {2 * x + 1} {2 * x + 2} {2 * x + 4} {2 * x + 3}" for x in range(10)]
+    (tmp_path / "folds.obj").write_text("\n".join(lines))
+
+    def folded(height: float):
+        rules = Grammar.parse(f'Lot --> s(10, {height}, 10) i("folds.obj") Folds')
+        return realize(derive(rules, 1, 1, assets=tmp_path))
+
+    solid = solid_of(folded(0.1))
+    assert is_watertight(solid.points, solid.triangles)
+    volume = trimesh.Trimesh(solid.points, solid.triangles, process=False).volume
+    assert volume == pytest.approx(10 * 10 * 0.2, rel=0.01)
+    with pytest.raises(UsageError, match="10 pieces of meshes, between sharp folds, and at most 4 are united"):
+        solid_of(folded(3.0))
+
+
+def test_an_open_mesh_without_a_size_is_left_out(tmp_path):
+    (tmp_path / "fold.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 1 0 1\nf 1 2 3\nf 1 4 2\n")
+    rules = Grammar.parse('Lot --> [ i("fold.obj") s(0, 0, 0) Fold ] extrude(3) Box')
+    solid = solid_of(realize(derive(rules, 1, 1, assets=tmp_path)))
+    assert trimesh.Trimesh(solid.points, solid.triangles).volume == pytest.approx(20 * 20 * 3, rel=1e-3)
 
 
 def _square(inset):
