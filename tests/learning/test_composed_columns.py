@@ -115,7 +115,9 @@ def test_of_many_labels_an_even_selection_by_score_is_judged():
 def test_columns_that_order_designs_alike_are_those_whose_pairs_all_do(num):
     randomness = np.random.default_rng(num)
     known = randomness.integers(0, 3, (num, 6)).astype(np.float64)
-    columns = np.concatenate([known[:, :3] ** 3, 1.0 - known[:, 3:], randomness.integers(0, 3, (num, 30))], axis=1)
+    columns = np.concatenate(
+        [known[:, :3] ** 3, 1.0 - known[:, 3:], randomness.integers(0, 3, (num, 30)).astype(np.float64)], axis=1
+    )
 
     def pairs(column):
         return np.sign(column[:, None] - column)
