@@ -178,7 +178,8 @@ def write_terminals(match: Match) -> str | None:
 def bar_rules() -> tuple[str, ...]:
     """Rules of a straight bar, and of an arc of straight ones; lengths in metres, angles in degrees.
 
-    Bars lie in the plane of the wall, from one point to another. An arc rises to the right of the line between them.
+    Bars lie in the plane of the wall, from one point to another. An arc rises to the right of the line between them,
+    and is a straight bar if it does not rise.
     """
     place = f"t(x, y, {number(look_of('window').front, 3)}) r(0, 0, atan2(dy, dx))"
     width, depth = number(_BAR_WIDTH_M, 3), number(_BAR_DEPTH_M, 3)
@@ -191,7 +192,8 @@ def bar_rules() -> tuple[str, ...]:
     return (
         f"Bar(x, y, dx, dy) --> {place} Beam({distance})",
         f"ArcBar(x, y, dx, dy, rise) --> {place} Arc({distance}, 2 * atan2(2 * rise, {distance}))",
-        f"Arc(length, half) --> {chords} NIL",
+        # The radius of an arc without a rise is infinite.
+        f"Arc(length, half) --> case abs(half) < 0.01 : Beam(length) else : {chords} NIL",
         f"Chord(radius, half, angle) --> {to_start} {turn} Beam(2 * radius * sin(half / {ARC_PIECES}))",
         f"Beam(length) --> t(0, {number(-0.5 * _BAR_WIDTH_M, 3)}, 0) s(length, {width}, {depth}) {look}",
     )

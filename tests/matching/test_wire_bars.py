@@ -27,3 +27,14 @@ def test_bars_lie_along_the_wires(template: Template) -> None:
     assert np.sort(leaves.size[:, 0]) == pytest.approx(
         np.sort(np.linalg.norm(np.diff(wires, axis=1)[:, 0], axis=1)), abs=1e-5
     )
+
+
+@pytest.mark.parametrize("rise", [0.0, 1e-6, -1e-6])
+def test_an_arc_without_a_rise_is_the_straight_bar_between_its_ends(rise: float) -> None:
+    ends = "1, 2, -1.5, 2"
+    drawn = [
+        derive(Grammar.parse("\n".join([f"Lot --> [ {bar} ] NIL", *bar_rules()])), 1, seed=0).leaves
+        for bar in (f"Bar({ends})", f"ArcBar({ends}, {rise:.6f})")
+    ]
+    straight, arc = ((leaves.position, leaves.size) for leaves in drawn)
+    assert np.array_equal(arc, straight)
