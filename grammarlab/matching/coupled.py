@@ -153,9 +153,9 @@ def _with_rows(fits: Fits, other: Fits, name: str, rows: Ints) -> Floats:
 
 
 def unlike_row(row: Ints, template: Ints) -> Ints:
-    """Indices of the elements whose template [N] is not the most frequent one of their row."""
+    """Indices of the elements of rows whose template [N] is not the most frequent one of their row."""
     usual = template.copy()
-    for each in np.unique(row).tolist():
+    for each in np.unique(row[row >= 0]).tolist():
         usual[row == each] = np.bincount(template[row == each]).argmax()
     return np.flatnonzero(template != usual)
 
