@@ -159,6 +159,7 @@ class _Compilation:
             trims_again=_trims_again(self._nodes),
             selects_streets=any(_selects_streets(node) for node in self._nodes),
             uses_tags=any(_reads_tags(node) for node in self._nodes),
+            import_prefixes=tuple(f"{alias}." for alias in grammar.imports),
             # Last: the functions that are called are known when everything is compiled.
             queries_context=not self._names.called.isdisjoint(CONTEXT_QUERIES),
         )

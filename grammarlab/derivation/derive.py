@@ -342,6 +342,7 @@ def _prepare(
         attributes=program.attributes,
         state_names=program.state_names,
         uv_sets=program.uv_sets,
+        import_prefixes=program.import_prefixes,
         pending=[[] for _ in program.rules],
         lots=lots,
         origins=lots.origins,

@@ -67,6 +67,8 @@ class Program:
     """Whether rules read tags, for which faces remember theirs."""
     queries_context: bool
     """Whether rules use spatial queries, for which models are derived twice."""
+    import_prefixes: tuple[str, ...]
+    """Beginnings, such as ``Tree.``, of the names of files that the rules import and that were not read."""
 
     @property
     def id_type(self) -> np.dtype[np.int16 | np.int32]:

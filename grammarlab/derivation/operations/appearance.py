@@ -76,7 +76,10 @@ def set_attribute(call: BoundCall) -> Shapes:
     if name in TRIM_SWITCHES:
         return call.shapes
     if "." in name:
-        call.warn(f"{name} is not set: it is not a material attribute, and no imported file defines it")
+        problem = "it is not a material attribute, and no imported file defines it"
+        if not name.startswith(call.workspace.import_prefixes):
+            raise call.error(f"{name} cannot be set: {problem}")
+        call.warn(f"{name} is not set: {problem}")
         return call.shapes
     raise call.error(
         f"set expects an attribute of this grammar or a material attribute, found {name}",

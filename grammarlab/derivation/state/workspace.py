@@ -77,6 +77,8 @@ class Workspace:
     """Names of the state that rules read or change, see `Program.state_names`."""
     uv_sets: frozenset[int]
     """Texture coordinate sets that rules use, see `Program.uv_sets`."""
+    import_prefixes: tuple[str, ...]
+    """Beginnings of names of files that were not read, see `Program.import_prefixes`."""
     pending: list[list[Shapes]]
     """Pending shapes of each rule, in the order they were made."""
     lots: Lots

@@ -142,6 +142,8 @@ def test_an_attribute_of_a_file_that_was_not_read_is_not_set():
     forest = sample('import Tree : "absent.cga"\nLot --> set(Tree.name, "oak") extrude(3) A')
     assert forest.leaves.size[:, 1].tolist() == [3.0, 3.0]
     assert ["Tree.name is not set" in finding.message for finding in forest.warnings] == [True]
+    with pytest.raises(DerivationError, match=r"scop\.sx cannot be set"):
+        sample('import Tree : "absent.cga"\nLot --> set(scop.sx, 3) A')
 
 
 def test_nothing_of_a_derivation_waits_for_the_collector_of_cycles():
