@@ -107,8 +107,8 @@ export function makeResults(page) {
 
   /** @param {HTMLButtonElement} button @param {() => Promise<void>} work */
   async function busyWith(button, work) {
+    if (!isBusy()) busy.progress({ stage: "starting", done: 0, total: 0 });
     button.disabled = true;
-    busy.progress({ stage: "starting", done: 0, total: 0 });
     button.classList.add("gl-working");
     try {
       await work();
@@ -117,9 +117,12 @@ export function makeResults(page) {
     } finally {
       button.disabled = false;
       button.classList.remove("gl-working");
-      busy.progress(null);
+      if (!isBusy()) busy.progress(null);
     }
   }
+
+  /** Whether this window waits for a grammar or a sheet; their bar is one. */
+  const isBusy = () => learn.disabled || sheet.disabled;
 
   /** @type {string[]} */
   const urls = [];
@@ -135,7 +138,7 @@ export function makeResults(page) {
     element: section,
     /** Of what any window asked for; said where it was asked. @param {import("./types.js").Progress} now */
     progress(now) {
-      if (learn.disabled || sheet.disabled) busy.progress(now);
+      if (isBusy()) busy.progress(now);
     },
     close: () => urls.forEach((url) => URL.revokeObjectURL(url)),
   };

@@ -35,8 +35,8 @@ class SessionFiles:
     def __init__(self, display: SessionDisplay, path: Path, makers: WorkerPool, announce: Announce) -> None:
         """Start with the record of a session; `path` is that of the session file."""
         self._display, self._path, self._makers, self._announce = display, path, makers, announce
-        self._ticket = 0
-        """Ticket of the last learned grammar, or sheet."""
+        self._tickets: set[int] = set()
+        """Tickets of the grammars that are being learned and the sheets that are being drawn."""
 
     def export(self, suffix: str, answer: Answer, refuse: Refuse) -> None:
         """Export all scores as a label file."""
@@ -71,20 +71,34 @@ class SessionFiles:
             numbers = {"js": learned.js, "rules_before": learned.rules_before, "rules_after": learned.rules_after}
             return {"file": learned.file, "text": learned.text, "notes": list(learned.findings), **numbers}, ()
 
-        done = partial(answer_outcome, answer, refuse, result)
         task = LearnGrammar(self._display.factors, self._display.record.wide)
-        self._ticket = self._makers.submit(task, done, on_progress=partial(self._announce, "learn"))
+        self._begin(task, "learn", partial(answer_outcome, answer, refuse, result))
 
     def sheet(self, num: int, answer: Answer, refuse: Refuse) -> None:
         """Draw samples of the learned grammar."""
         file = f"{self._path.stem}-learned.png"
         done = partial(answer_outcome, answer, refuse, lambda content: ({"file": file}, [content]))
         task = DrawSheet(num, self._display.store.about.seed)
-        self._ticket = self._makers.submit(task, done, on_progress=partial(self._announce, "sheet"))
+        self._begin(task, "sheet", done)
+
+    def _begin(self, task: LearnGrammar | DrawSheet, name: str, done: Callable[[TaskOutcome], None]) -> None:
+        """Begin a task that can be cancelled."""
+
+        def end(outcome: TaskOutcome) -> None:
+            self._tickets.discard(ticket)
+            done(outcome)
+
+        ticket = self._makers.submit(task, end, on_progress=partial(self._announce, name))
+        self._tickets.add(ticket)
 
     def cancel(self) -> None:
-        """Cancel the learned grammar, or sheet, that was asked for last; an earlier file stays as it is."""
-        self._makers.cancel(self._ticket)
+        """Cancel the grammars and sheets that are being made.
+
+        An earlier file stays as it is, unless the new one has all but been written: the process notices a cancellation
+        at its next report, and reports before it writes the file.
+        """
+        for ticket in tuple(self._tickets):
+            self._makers.cancel(ticket)
 
     def close(self) -> None:
         """End the process."""

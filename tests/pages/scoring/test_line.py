@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -17,9 +17,19 @@ from grammarlab.pages.record.store import About, Store
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.scoring.learning import WIDER_POOL, Learning
 from grammarlab.pages.scoring.next_models import NextModels, fresh_samples
+from grammarlab.pages.scoring.session_files import SessionFiles
 from grammarlab.pages.scoring.state import state_of
 from grammarlab.pages.windows import Message
-from grammarlab.pages.workers.tasks import Choose, Features, LearnedUpdate, Predictions, Prepare, Singles, Update
+from grammarlab.pages.workers.tasks import (
+    Choose,
+    DrawSheet,
+    Features,
+    LearnedUpdate,
+    Predictions,
+    Prepare,
+    Singles,
+    Update,
+)
 from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
 from tests.pages.scoring.tower import TOWER
 
@@ -205,3 +215,23 @@ def test_models_on_the_page_have_the_predictions_of_the_latest_fit(person: _Pers
         person.learn_behind((), mean)
         state = _state(person)
         assert {state["models"][model]["mean"] for model in person.shown} == {mean}
+
+
+def test_a_grammar_and_a_sheet_that_are_made_at_once_are_both_cancelled(tmp_path: Path):
+    display = SimpleNamespace(
+        factors={}, record=SimpleNamespace(wide=False), store=SimpleNamespace(about=SimpleNamespace(seed=1))
+    )
+    makers, refused, answers = _Held(), [], []
+    files = SessionFiles(cast("SessionDisplay", display), tmp_path / "a.db", makers, lambda *_: None)
+
+    def answer(message: Message, _buffers: Sequence[bytes]) -> None:
+        answers.append(message)
+
+    files.sheet(1, answer, refused.append)
+    makers.end(DrawSheet, b"")
+    files.learn_grammar(answer, refused.append)
+    files.sheet(1, answer, refused.append)
+    files.cancel()
+    assert (makers.requests, refused) == ([], ["cancelled."] * 2)
+    files.cancel()
+    assert (len(answers), len(refused)) == (1, 2)

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 16e78ac821465d97 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 6d85e4277ff63b62 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -2024,8 +2024,8 @@ function makeResults(page) {
   }
   const hints = (notes = []) => notes.map((note) => element("p", { class: "gl-hint" }, `Note: ${note}`));
   async function busyWith(button, work) {
+    if (!isBusy()) busy.progress({ stage: "starting", done: 0, total: 0 });
     button.disabled = true;
-    busy.progress({ stage: "starting", done: 0, total: 0 });
     button.classList.add("gl-working");
     try {
       await work();
@@ -2034,9 +2034,10 @@ function makeResults(page) {
     } finally {
       button.disabled = false;
       button.classList.remove("gl-working");
-      busy.progress(null);
+      if (!isBusy()) busy.progress(null);
     }
   }
+  const isBusy = () => learn.disabled || sheet.disabled;
   const urls = [];
   function saveLink(file, content, type) {
     const href = URL.createObjectURL(new Blob(content, { type }));
@@ -2047,7 +2048,7 @@ function makeResults(page) {
     element: section,
     /** Of what any window asked for; said where it was asked. @param {import("./types.js").Progress} now */
     progress(now) {
-      if (learn.disabled || sheet.disabled) busy.progress(now);
+      if (isBusy()) busy.progress(now);
     },
     close: () => urls.forEach((url) => URL.revokeObjectURL(url))
   };
