@@ -102,7 +102,8 @@ class Situation:
     """[m] >= 0, the grammar's density divided by that of the pool, for each model; None to use only samples of the
     grammar."""
     asked: Ints | None = None
-    """[k] pool indices of further models that are not asked about again, since their scores do not count any more."""
+    """[k] pool indices of further models that are not asked about, since they are on the page or since their scores do
+    not count any more."""
 
     @property
     def liked(self) -> NDArray[np.bool_]:

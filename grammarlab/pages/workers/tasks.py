@@ -138,7 +138,8 @@ class ModelChoice:
     num: int
     seed: int
     without: tuple[str, ...] = ()
-    """Addresses of models that are on the page, and are not chosen; of pairs, models may be chosen again."""
+    """Addresses of models that are on the page, and are not chosen; with ``already ranked`` and in pairs they may be
+    chosen again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,7 +167,8 @@ class Update:
     """Whether the pool has been widened for rare models; if not, it is widened once liked models are rare."""
     since: int = 0
     """`LearnedUpdate.number` of the update from which the change is measured, one of the last `NUM_FITS` with a choice.
-    For other numbers, such as 0 or those of another process, it is that of the update before, or else the grammar."""
+    For other numbers, such as 0 or those of another process, it is the update from which the process measured last, or
+    else the grammar."""
 
 
 @dataclass(frozen=True, slots=True)
