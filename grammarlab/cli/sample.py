@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import asdict, replace
 from enum import StrEnum
 from pathlib import Path
@@ -20,7 +21,7 @@ from grammarlab.cli.console import (
     say,
     was_given,
 )
-from grammarlab.errors import UsageError
+from grammarlab.errors import LanguageError, UsageError
 
 MOST_PRINTS = 50
 """Largest number of printed lines that are shown."""
@@ -289,7 +290,8 @@ def choices_of(
     """The choices of a user for a file, which tells the types of the values; prints its imports that cannot be read.
 
     Raises:
-        GrammarlabError: If the file cannot be read, or a value has another type than its attribute.
+        GrammarlabError: If the file cannot be read, or a value has another type than its attribute. Syntax errors are
+            left to those who use the rules, unless there are values.
     """
     from grammarlab.language.attribute_values import read_attributes
     from grammarlab.language.grammar import Grammar
@@ -304,10 +306,17 @@ def choices_of(
             raise UsageError(f"{grammar}: only attributes of {SUFFIX} files can be chosen; leave out --attr.")
         return choices
     text = source.text()
+    if not attributes and re.search(r"\bimport\b", text) is None:
+        return choices
+    try:
+        parsed = Grammar.parse(text, source.file)
+    except LanguageError:
+        if attributes:
+            raise
+        return choices
     if attributes:
-        choices = replace(choices, attributes=read_attributes(attributes, Grammar.parse(text, source.file)))
-    if "import" in text:
-        print_left_out(grammar, unread_imports(Grammar.parse(text, source.file)))
+        choices = replace(choices, attributes=read_attributes(attributes, parsed))
+    print_left_out(grammar, unread_imports(parsed))
     return choices
 
 

@@ -96,6 +96,8 @@ class Scenario:
     """At least one; the preference is their product."""
     choices: RuleChoices = NO_CHOICES
     """Style, start rule, values of attributes and library of a rule file."""
+    library: str = ""
+    """Path of the library of `choices` as the file has it, relative to the folder of the file; empty for none."""
     num_models: int = DEFAULT_MODELS
     """Size of the labelled set on which densities are compared."""
     seed: int = 0
@@ -122,7 +124,9 @@ class Scenario:
         steps = [(factor.name, factor.score.expression.steps) for factor in self.factors]
         values = (self.name, self.grammar, steps, self.num_models, self.seed, self.base, self.draws, self.features)
         # Scenarios without choices keep the hash that they had before there were choices.
-        choices = () if self.choices == NO_CHOICES else (self.choices,)
+        chosen = self.choices
+        named = (self.library, chosen.style, chosen.start_rule, tuple(chosen.attributes.items()))
+        choices = () if chosen == NO_CHOICES else (named,)
         return hashlib.sha256(repr(values + choices).encode()).hexdigest()
 
     def check(self, space: AbstractDesignSpace[Any]) -> None:
@@ -171,6 +175,7 @@ def parse(text: str, path: Path = Path("<text>")) -> Scenario:
         grammar=_grammar(file, table),
         factors=_factors(file, table, name, title),
         choices=_choices(file, table),
+        library=file.string(table, "library", ""),
         num_models=file.integer(table, "num_models", 1, MAX_MODELS) or DEFAULT_MODELS,
         seed=file.integer(table, "seed", 0, 2**64 - 1) or 0,
         base=cast(Base, file.one_of(table, "base", ("grammar", "uniform"))),

@@ -13,9 +13,10 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from numbers import Real
 from typing import NamedTuple, TypeAlias
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import UsageError, shown
 from grammarlab.language.checking.percentages import constant
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.printing import expression
@@ -149,15 +150,33 @@ def checked_attributes(values: Mapping[str, AttributeValue], grammar: Grammar) -
         if name not in grammar.attributes:
             raise UsageError(f"unknown attribute {name!r:.80}; {nearest_names(name, list(grammar.attributes))}")
         expected = _TYPES[_kind(name, grammar)]
-        plain = float(value) if isinstance(value, int) and not isinstance(value, bool) else value
+        plain = plain_value(name, value)
         if not isinstance(plain, expected.types) or (isinstance(plain, float) and not math.isfinite(plain)):
-            raise UsageError(f"attribute {name!r}: expected {expected.description}, found {_excerpt(repr(value))}.")
+            raise UsageError(f"attribute {name!r}: expected {expected.description}, found {shown(value)}.")
         if isinstance(plain, str) and any(not character.isprintable() for character in plain):
-            raise UsageError(f"attribute {name!r}: expected a text of one line, found {_excerpt(repr(value))}.")
+            raise UsageError(f"attribute {name!r}: expected a text of one line, found {shown(value)}.")
         if problem := objection(grammar.attributes[name], plain):
             raise UsageError(f"attribute {name!r}: {problem}.")
         checked[name] = plain
     return checked
+
+
+def plain_value(name: str, value: AttributeValue) -> AttributeValue:
+    """A number of any type, such as NumPy's, as a float; other values as they are.
+
+    Args:
+        name: name of the attribute, for messages.
+        value: its value.
+
+    Raises:
+        UsageError: If it is a number that is too large.
+    """
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return value
+    try:
+        return float(value)
+    except OverflowError:
+        raise UsageError(f"attribute {name!r:.80}: expected a finite number, found {shown(value)}.") from None
 
 
 def nearest_names(name: str, names: Sequence[str]) -> str:
@@ -262,9 +281,9 @@ def _fitted(name: str, text: str, grammar: Grammar) -> AttributeValue:
     if kind in (None, Boolean) and text.lower() in _BOOLEANS:
         return _BOOLEANS[text.lower()]
     if kind is Boolean:
-        raise UsageError(f"attribute {name!r}: expected true or false, found {_excerpt(text)!r}.")
+        raise UsageError(f"attribute {name!r}: expected true or false, found {excerpt(text)!r}.")
     if number is None or not math.isfinite(number):
-        raise UsageError(f"attribute {name!r}: expected a finite number, found {_excerpt(text)!r}.")
+        raise UsageError(f"attribute {name!r}: expected a finite number, found {excerpt(text)!r}.")
     return number
 
 
@@ -286,7 +305,8 @@ def _number(text: str) -> float | None:
         return None
 
 
-def _excerpt(text: str) -> str:
+def excerpt(text: str) -> str:
+    """A text for a message, abbreviated."""
     return text if len(text) <= _MAX_SHOWN_CHARACTERS else f"{text[:_MAX_SHOWN_CHARACTERS]}…"
 
 

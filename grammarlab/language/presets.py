@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grammarlab.errors import UsageError
+from grammarlab.errors import UsageError, check_type
 from grammarlab.language.grammar import Grammar, default_style, is_start_rule
 from grammarlab.language.syntax.outline import outline
 from grammarlab.language.syntax.printing import expression, value
@@ -28,17 +28,31 @@ class RuleChoices:
     2.0
     """
 
-    library: Path | None = None
-    """Folder of further projects, such as ``ESRI.lib``, to import from."""
+    library: Path | str | None = None
+    """Folder of further projects, such as ``ESRI.lib``, to import from; kept as a path."""
     style: str = ""
     """Style, instead of the default style."""
     start_rule: str = ""
     """Start rule, instead of the marked ones."""
-    attributes: Mapping[str, float | bool | str] = field(default_factory=dict)
-    """Values of attributes, instead of those of the file."""
+    attributes: Mapping[str, float | bool | str] = field(default_factory=dict, hash=False)
+    """Values of attributes, instead of those of the file; kept in the order of their names, numbers as floats."""
+
+    def __post_init__(self) -> None:
+        """Check and normalize the values.
+
+        Raises:
+            UsageError: If a value has another type, or a number is too large.
+        """
+        check_type("start_rule", self.start_rule, str, '"Lot"')
+        check_type("style", self.style, str, '"Tall"')
+        check_type("attributes", self.attributes, Mapping, '{"height": 12}')
+        if self.library is not None:
+            check_type("library", self.library, (Path, str), '"../ESRI.lib"')
+            object.__setattr__(self, "library", Path(self.library))
+        object.__setattr__(self, "attributes", _plain_values(self.attributes) if self.attributes else {})
 
     @property
-    def change_text(self) -> bool:
+    def changes_text(self) -> bool:
         """Whether there is a style, a start rule or a value of an attribute."""
         return bool(self.style or self.start_rule or self.attributes)
 
@@ -58,6 +72,14 @@ class RuleChoices:
 
 NO_CHOICES = RuleChoices()
 """A rule file as it is."""
+
+
+def _plain_values(attributes: Mapping[str, float | bool | str]) -> dict[str, float | bool | str]:
+    from grammarlab.language.attribute_values import plain_value  # noqa: PLC0415  # see `preset`
+
+    for name in attributes:
+        check_type("name of an attribute", name, str, '"height"')
+    return {name: plain_value(name, attributes[name]) for name in sorted(attributes)}
 
 
 def preset(
@@ -100,19 +122,21 @@ def preset(
 
 
 def preset_differences(before: Grammar, now: Grammar) -> tuple[str, ...]:
-    """Differences between the start rules, and between the values of attributes, of two rule files.
+    """Differences between the start rules, and between the values of attributes, of two rule files, abbreviated.
 
     >>> before = Grammar.parse("attr h = 3  Lot --> A  B --> A")
     >>> preset_differences(before, Grammar.parse("attr h = rand(3)  Lot --> A  @StartRule B --> A"))
     ('start rule Lot, now B', 'attribute h = 3, now rand(3)')
     """
+    from grammarlab.language.attribute_values import excerpt  # noqa: PLC0415  # see `preset`
+
     starts = [", ".join(rule.name for rule in grammar.start_rules) for grammar in (before, now)]
     pairs = [("start rule ", *starts)]
     for name, attribute in before.attributes.items():
         if name in now.attributes:
             values = (value(node.value) for node in (attribute, now.attributes[name]))
-            pairs.append((f"attribute {name} = ", *values))
-    return tuple(f"{what}{old}, now {new}" for what, old, new in pairs if old != new)
+            pairs.append((f"attribute {excerpt(name)} = ", *values))
+    return tuple(f"{what}{excerpt(old)}, now {excerpt(new)}" for what, old, new in pairs if old != new)
 
 
 def _start_edits(grammar: Grammar, name: str) -> Iterator[tuple[int, int, str]]:

@@ -14,6 +14,10 @@ from urllib.parse import urlsplit
 import pytest
 from tornado.websocket import websocket_connect
 
+from grammarlab.cli.sample import choices_of
+from grammarlab.errors import LanguageError
+from grammarlab.language.grammar import Grammar
+from grammarlab.language.presets import RuleChoices
 from grammarlab.pages.scoring.session import Session
 from tests.signals import with_sigint
 from tests.waiting import PATIENCE
@@ -124,6 +128,20 @@ def test_a_changed_grammar_is_refused(run, house, rules, tmp_path):
     Session(str(house), tmp_path / "a.db", jobs=0).close()
     rules(RULES.replace("9", "12"))
     assert "--stored-grammar" in run("score", house, "--session", tmp_path / "a.db", code=2).stderr
+
+
+def test_choices_need_no_valid_rules_unless_they_have_values_and_read_them_once(rules, monkeypatch, capsys):
+    broken = str(rules("// important\nLot --> nonsense( import"))
+    assert choices_of(broken, "Lot", None, "", None) == RuleChoices(start_rule="Lot")
+    with pytest.raises(LanguageError):
+        choices_of(broken, "", ["h=2"], "", None)
+    path = str(rules('import Tree : "absent.cga"\nattr h = 1 Lot --> Tree.A'))
+    parsed = []
+    parse = Grammar.parse
+    monkeypatch.setattr(Grammar, "parse", lambda text, *file: parsed.append(text) or parse(text, *file))
+    assert choices_of(path, "", ["h=2"], "", None).attributes == {"h": 2.0}
+    assert len(parsed) == 2  # to merge the imports, and to read the merged text
+    assert "absent.cga" in capsys.readouterr().err
 
 
 def test_a_session_is_learned_from_like_a_label_file(run, house, tmp_path):

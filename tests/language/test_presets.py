@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from grammarlab.errors import UsageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.presets import RuleChoices, preset, preset_differences
 from grammarlab.language.syntax.syntax_tree import Number
+from grammarlab.runs.sample.sources import load
 
 TEXT = """// A house.
 @Group("size") @Range(min=1, max=9)
@@ -105,3 +108,33 @@ def test_differences_are_those_of_the_choices():
     assert preset_differences(grammar, grammar) == ()
     chosen = preset(grammar, "House", {"height": 4})
     assert preset_differences(grammar, chosen) == ("start rule Lot, Other, now House", "attribute height = 3, now 4")
+    long_values = [Grammar.parse(f'attr tone = "{letter * 9000}" Lot --> A') for letter in "ab"]
+    assert max(map(len, preset_differences(*long_values))) < 200
+
+
+def test_equal_choices_have_equal_hashes_and_plain_values():
+    values = {"floors": np.int64(2), "tone": "red", "height": np.float32(2.5), "shops": True}
+    choices = RuleChoices(library="lib", attributes=values)
+    again = RuleChoices(library=Path("lib"), attributes=dict(reversed(values.items())))
+    assert (hash(choices), repr(choices)) == (hash(again), repr(again))
+    assert choices == again
+    assert [type(value) for value in choices.attributes.values()] == [float, float, bool, str]
+    assert choices.apply(Grammar.parse(TEXT)).attributes["height"].value == Number(2.5)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"start_rule": 3}, "start_rule: expected str"),
+        ({"style": None}, "style: expected str"),
+        ({"library": 3}, "library: expected Path or str"),
+        ({"attributes": [("height", 2)]}, "attributes: expected Mapping"),
+        ({"attributes": {1: 2}}, "name of an attribute: expected str"),
+        ({"attributes": {"height": 10**5000}}, "attribute 'height': expected a finite number, found an integer"),
+    ],
+)
+def test_choices_of_other_types_are_refused(options, message):
+    with pytest.raises(UsageError, match=message):
+        RuleChoices(**options)
+    with pytest.raises(UsageError, match="choices: expected RuleChoices"):
+        load("toy", options)

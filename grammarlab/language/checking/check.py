@@ -63,7 +63,7 @@ def check_files(
     name: str,
     supported: SupportedFeatures = EVERYTHING,
     root: Path | None = None,
-    library: Path | None = None,
+    library: Path | str | None = None,
 ) -> tuple[CheckedFile, ...]:
     """Findings about a rule file and every file that it imports, directly or not.
 

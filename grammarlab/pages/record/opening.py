@@ -50,7 +50,7 @@ def open_session(
         seed: seed of the models of a new session.
         size: size of the pool of a new session; by default the usual one of its designs.
         assets: folder of meshes and images, if it is not the one beside the file.
-        choices: choices of the user for a rule file.
+        choices: choices of the user for a rule file; with a stored grammar only the library, for its assets.
         stored_grammar: use the grammar stored in the session, even if the file has changed.
 
     Raises:
@@ -59,6 +59,11 @@ def open_session(
         AssetError: If the file is not a session.
     """
     _check(path, seed, size)
+    if stored_grammar and choices.changes_text:
+        raise UsageError(
+            f"{path}: a stored grammar has the start rule, style and attributes that the session was begun with; leave "
+            "out either these choices or `stored_grammar=True`."
+        )
     source = find_rules(grammar, assets, choices)
     text = source.text().removeprefix("\ufeff")
     if size is None:

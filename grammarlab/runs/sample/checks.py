@@ -93,7 +93,7 @@ def check_source(source: RuleSource) -> Sequence[CheckedText]:
     return domain_of(suffix_of(source.path)).check(source.path, source.assets)
 
 
-def check_rules(path: Path, assets: AssetRoot, library: Path | None = None) -> tuple[CheckedFile, ...]:
+def check_rules(path: Path, assets: AssetRoot, library: Path | str | None = None) -> tuple[CheckedFile, ...]:
     """Findings about a rule file and its imports, including unsupported features and missing meshes.
 
     Args:

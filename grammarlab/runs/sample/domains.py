@@ -61,7 +61,7 @@ class AbstractDomain(ABC, Generic[Space, Models]):
     """A kind of files that describe designs."""
 
     @abstractmethod
-    def read(self, path: Path, library: Path | None = None) -> str:
+    def read(self, path: Path, library: Path | str | None = None) -> str:
         """Text of a file, merged with all other files that it needs except assets.
 
         Args:

@@ -117,7 +117,7 @@ class GrammarModels(AbstractModels):
 class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
     """Domain of rule files."""
 
-    def read(self, path: Path, library: Path | None = None) -> str:
+    def read(self, path: Path, library: Path | str | None = None) -> str:
         """Text of the file merged with its imports; the file's own text if it has syntax errors."""
         text = read_text(path)
         if re.search(r"\bimport\b", text) is None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from grammarlab.about import PACKAGE
 from grammarlab.asset_roots import AssetRoot, asset_root
-from grammarlab.errors import AssetError, TomlError, UsageError
+from grammarlab.errors import AssetError, TomlError, UsageError, check_type
 from grammarlab.files import read_bounded
 from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.language.importing import RULES, rules_folder
@@ -46,7 +46,7 @@ class RuleSource:
             UsageError: If it has no such start rule or attribute, or a value has another type than its attribute.
         """
         text = domain_of(suffix_of(self.path)).read(self.path, self.choices.library)
-        if not self.choices.change_text:
+        if not self.choices.changes_text:
             return text
         if suffix_of(self.path) != SUFFIX:
             raise UsageError(f"{self.path}: only {SUFFIX} files have styles, start rules and attributes to choose.")
@@ -159,9 +159,12 @@ def find_rules(argument: str, assets: Path | None = None, choices: RuleChoices =
         choices: choices of the user for a rule file.
 
     Raises:
-        UsageError: If there is no such file or example; it names the nearest. If a rule package has no sources.
+        UsageError: If there is no such file or example; it names the nearest. If a rule package has no sources, or
+            the choices have another type.
     """
-    for subject, folder in (("assets", assets), ("library", choices.library)):
+    check_type("choices", choices, RuleChoices, 'gl.RuleChoices(start_rule="Lot")')
+    library = None if choices.library is None else Path(choices.library)
+    for subject, folder in (("assets", assets), ("library", library)):
         if folder is not None and not folder.is_dir():
             raise UsageError(f"{subject} folder {str(folder)!r} is not a folder.")
     path = Path(argument)
@@ -169,16 +172,16 @@ def find_rules(argument: str, assets: Path | None = None, choices: RuleChoices =
         from grammarlab.runs.sample.rule_packages import open_package  # noqa: PLC0415  # few runs open a package
 
         package = open_package(path)
-        root = asset_root(assets or assets_folder(package.rules), choices.library)
-        choices = replace(choices, library=choices.library or package.library)
+        root = asset_root(assets or assets_folder(package.rules), library)
+        choices = replace(choices, library=library or package.library)
         return RuleSource(path.stem, package.rules, root, shipped=False, choices=choices)
     if path.is_file():
-        root = asset_root(assets or assets_folder(path), choices.library)
+        root = asset_root(assets or assets_folder(path), library)
         return RuleSource(path.stem, path, root, shipped=False, choices=choices)
     examples = {source.name: source for source in (*shipped_examples(), *shipped_facades(), *shipped_species())}
     if argument in examples:
         example = examples[argument]
-        root = example.assets if assets is None else asset_root(assets, choices.library)
+        root = example.assets if assets is None else asset_root(assets, library)
         return RuleSource(example.name, example.path, root, shipped=True, choices=choices)
     if path.is_dir():
         raise UsageError(

@@ -161,7 +161,7 @@ class SpeciesModels(AbstractModels):
 class SpeciesDomain(AbstractDomain["SpeciesSpace", SpeciesModels]):
     """Domain of files of species."""
 
-    def read(self, path: Path, library: Path | None = None) -> str:
+    def read(self, path: Path, library: Path | str | None = None) -> str:
         content = read_bounded(path, 4 * MAX_CHARACTERS)
         try:
             return toml_text(content)
@@ -204,7 +204,7 @@ class SpeciesDomain(AbstractDomain["SpeciesSpace", SpeciesModels]):
 class ArbaroDomain(SpeciesDomain):
     """Domain of files of Arbaro, which are read as species."""
 
-    def read(self, path: Path, library: Path | None = None) -> str:
+    def read(self, path: Path, library: Path | str | None = None) -> str:
         return write(read_arbaro(read_text(path), str(path)))
 
     def check(self, path: Path, assets: AssetRoot) -> Sequence[CheckedText]:

@@ -119,6 +119,9 @@ def test_choices_for_the_rule_file_belong_to_the_scenario(tmp_path):
     changes = [('"Lot"', '"Hut"'), ('"Tall"', '""'), ('"lib"', '"other"'), ("h = 3", "h = 4"), (choices, "")]
     assert len({parse(text.replace(*change)).hash for change in [*changes, ("", "")]}) == 6
     assert parse(SMALL).hash == parse(text.replace(choices, "attributes = {}\n")).hash
+    same = text.replace('{h = 3, tall = true, tone = "red"}', '{tone = "red", tall = true, h = 3.0}')
+    assert parse(same, Path("elsewhere/a.toml")).hash == scenario.hash
+    assert len({scenario, parse(text, Path("some/where/a.toml"))}) == 1
 
     (tmp_path / "small.toml").write_text(SMALL)
     both = 'name = "both"\ntitle = "Both"\ngrammar = "toy"\nfactors = ["small"]\n'

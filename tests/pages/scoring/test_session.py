@@ -134,6 +134,8 @@ def test_a_changed_grammar_is_refused_with_a_way_on(session: Session, tmp_path: 
         assert again.call("state")[0]["grids"] == before["grids"]
     with pytest.raises(UsageError, match="no stored grammar"):
         Session(rules, tmp_path / "new.db", jobs=0, stored_grammar=True)
+    with pytest.raises(UsageError, match="leave out either these choices or"):
+        Session(rules, tmp_path / "towers.db", choices=RuleChoices(start_rule="Side"), jobs=0, stored_grammar=True)
 
 
 def test_choices_are_those_of_an_ordinary_grammar_and_a_reopened_session_says_which_differ(tmp_path: Path, rules: str):
