@@ -155,22 +155,36 @@ def analyse(mesh: ExampleMesh, up: str = "") -> Example:
     Raises:
         FacadeError: If no wall has elements.
     """
-    mesh, notes = without_sheets(mesh)
-    buildings = {"y": _upright_building(mesh, np.eye(3))} if up != "z" else {}
-    if up != "y":
-        buildings["z"] = _upright_building(mesh, Z_UP)
-    if len(buildings) == 2 and buildings["z"].num_elements > buildings["y"].num_elements:
-        up, notes = "z", (*notes, "z is taken as the up axis, since walls have more units then")
-    example = _analysed(mesh, buildings[up or "y"])
+    turns = {axis: turn for axis, turn in (("y", np.eye(3)), ("z", Z_UP)) if up in ("", axis)}
+    bare = {axis: without_sheets(mesh, turn[1]) for axis, turn in turns.items()}
+    example = _best_analysis(bare, turns)
+    if not example.regions and any(notes for _, notes in bare.values()):
+        example = _best_analysis(dict.fromkeys(turns, (mesh, ())), turns)
     if not example.regions:
         large = float(np.ptp(example.surface.points, axis=0).max())
         raise FacadeError(
             f"No wall of this building, {large:.3g} m large, has units, such as windows, at least 2 cm off its "
             "plane; give `up=` if it lies on its side, `unit=` if its coordinates are not in metres."
         )
-    if example.bend is not None:
-        notes += (f"walls follow an arc of radius {example.bend.radius:.1f} m; rules and facades are straightened",)
-    return replace(example, notes=notes)
+    if example.bend is None:
+        return example
+    note = f"walls follow an arc of radius {example.bend.radius:.1f} m; rules and facades are straightened"
+    return replace(example, notes=(*example.notes, note))
+
+
+def _best_analysis(meshes: dict[str, tuple[ExampleMesh, tuple[str, ...]]], turns: dict[str, Floats]) -> Example:
+    """The building with the up axis for which walls have most units, the first of equal ones, with its notes.
+
+    Args:
+        meshes: the building without the sheets that belong to each up axis, and notes.
+        turns: [3, 3] rotation of each up axis to y.
+    """
+    buildings = {axis: _upright_building(mesh, turns[axis]) for axis, (mesh, _) in meshes.items()}
+    best = max(buildings, key=lambda axis: buildings[axis].num_elements)
+    mesh, notes = meshes[best]
+    if len(meshes) > 1 and best == "z":
+        notes = (*notes, "z is taken as the up axis, since walls have more units then")
+    return replace(_analysed(mesh, buildings[best]), notes=notes)
 
 
 def _walls(surface: Surface, patches: Ints, num_pixels: int = PIXELS) -> tuple[list[tuple[Wall, WallElements]], int]:

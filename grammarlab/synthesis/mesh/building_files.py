@@ -13,10 +13,8 @@ from typing import Any
 
 import numpy as np
 import shapely
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Floats, Ints, connected, rows_of_groups
 from grammarlab.assets.mesh_files import NeighbourFiles, read_parts
 from grammarlab.assets.mesh_parts import MeshPart, joined
 from grammarlab.errors import AssetError, FacadeError
@@ -42,6 +40,12 @@ _SHEET_RATIO = 2.0
 """Least area of a ground plane or backdrop, as a multiple of that of the rest; roofs that jut out have less."""
 _SHEET_EXTENT = 0.5
 """Least diagonal of such a sheet, as a fraction of that of all: it is larger than the rest."""
+_SHEET_GAP_M = 0.25
+"""Least distance of a backdrop from the rest, metres: what is nearer, such as frames of windows, is on a wall."""
+_LEVEL = 0.9
+"""Least cosine of the angle between the normal of a ground plane and the up axis; terrain may be inclined a little."""
+_MOST_SHEETS = 16
+"""Largest number of sheets that are compared with all points, the largest ones: a budget of time."""
 _GREY = (0.7, 0.7, 0.68, 1.0)
 """Color of parts without a material."""
 
@@ -108,39 +112,63 @@ def read_mesh(path: Path, unit: float = 1.0) -> ExampleMesh:
     return ExampleMesh(surface, origin, tuple(colors), has_materials, num, np.stack([patch, planes]))
 
 
-def without_sheets(mesh: ExampleMesh) -> tuple[ExampleMesh, tuple[str, ...]]:
+def without_sheets(mesh: ExampleMesh, up: Floats) -> tuple[ExampleMesh, tuple[str, ...]]:
     """A building without ground planes and backdrops, and a note about each.
 
     Such a sheet is flat, touches nothing, has all else on one side of it, and reaches beyond all of that on all sides,
-    over at least twice its area.
+    over at least twice its area. A ground plane is level and below all else; a backdrop is at a distance from all else,
+    since a sheet that other parts lie on is a wall.
+
+    Args:
+        mesh: the building.
+        up: [3] up axis, of length 1, in the coordinates of the mesh.
     """
     surface = mesh.surface
-    num = len(surface.points)
-    edges = surface.triangles[:, [0, 1, 1, 2]].reshape(-1, 2)
-    links = csr_matrix((np.ones(len(edges), dtype=bool), edges.T), shape=(num, num))
-    num_pieces, of_point = connected_components(links, directed=False)
-    low, high = np.full((num_pieces, 3), np.inf), np.full((num_pieces, 3), -np.inf)
-    np.minimum.at(low, of_point, surface.points)
-    np.maximum.at(high, of_point, surface.points)
-    extent = np.linalg.norm(high - low, axis=1)
-    whole = float(np.linalg.norm(np.ptp(surface.points, axis=0)))
-    of_triangle = of_point[surface.triangles[:, 0]]
-    sheets = {}
-    for piece in np.flatnonzero(extent >= _SHEET_EXTENT * whole).tolist():
-        points = surface.part(of_triangle == piece).points
-        if (axes := _flat_axes(points)) is not None:
-            sheets[piece] = points, axes
-    rest = surface.part(~np.isin(of_triangle, list(sheets))).points
-    sizes = {piece: _sheet_size(points, axes, rest) for piece, (points, axes) in sheets.items()} if len(rest) else {}
-    large = {piece: size for piece, size in sizes.items() if size is not None}
-    is_sheet = np.isin(of_triangle, list(large))
+    corners = surface.triangles
+    of_point = connected(len(surface.points), corners[:, :2].ravel(), corners[:, 1:].ravel())
+    pieces = _flat_pieces(surface.points, of_point)
+    sheets = _sheets(pieces, surface.points[~np.isin(of_point, list(pieces))], up)
+    if sheets:
+        # Walls may be flat pieces as well: a blank one is a sheet beside windows, but not beside the other walls.
+        others = surface.points[~np.isin(of_point, list(sheets))]
+        sheets = _sheets({piece: pieces[piece] for piece in sheets}, others, up)
+    if not sheets:
+        return mesh, ()
+    is_sheet = np.isin(of_point[corners[:, 0]], list(sheets))
     notes = [
         f"a flat sheet of {length:.3g} x {width:.3g} m, such as a ground plane, is left out"
-        for length, width in large.values()
+        for length, width in sheets.values()
     ]
-    if not notes:
-        return mesh, ()
     return replace(mesh, surface=surface.part(~is_sheet), patches=mesh.patches[:, ~is_sheet]), tuple(notes)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _FlatPiece:
+    """A connected flat part of a surface."""
+
+    rows: Ints
+    """[P] its points."""
+    axes: Floats
+    """[3, 3] its axes, the normal last."""
+    seen: Floats
+    """[P, 3] its points along its axes, metres."""
+
+
+def _flat_pieces(points: Floats, of_point: Ints) -> dict[int, _FlatPiece]:
+    """The large flat pieces by number, the largest first, from the points and the number of the piece of each."""
+    num = int(of_point.max()) + 1
+    low, high = np.full((num, 3), np.inf), np.full((num, 3), -np.inf)
+    np.minimum.at(low, of_point, points)
+    np.maximum.at(high, of_point, points)
+    extent = np.linalg.norm(high - low, axis=1)
+    is_large = extent >= _SHEET_EXTENT * float(np.linalg.norm(np.ptp(points, axis=0)))
+    rows = rows_of_groups(of_point, num) if is_large.any() else []
+    pieces = {}
+    for piece in sorted(np.flatnonzero(is_large).tolist(), key=lambda piece: -extent[piece]):
+        axes = _flat_axes(points[rows[piece]])
+        if axes is not None:
+            pieces[piece] = _FlatPiece(rows[piece], axes, points[rows[piece]] @ axes.T)
+    return pieces
 
 
 def _flat_axes(points: Floats) -> Floats | None:
@@ -152,13 +180,42 @@ def _flat_axes(points: Floats) -> Floats | None:
     return axes if spread[2] <= flat < spread[1] else None
 
 
-def _sheet_size(sheet: Floats, axes: Floats, rest: Floats) -> tuple[float, float] | None:
-    """Length and width of a flat piece [P, 3] that is a ground plane or a backdrop of the rest [Q, 3], or None."""
-    seen, other = sheet @ axes.T, rest @ axes.T
+def _sheets(pieces: dict[int, _FlatPiece], rest: Floats, up: Floats) -> dict[int, tuple[float, float]]:
+    """Length and width, metres, of those flat pieces that are ground planes or backdrops of the rest [Q, 3]."""
+    if not len(rest) or not pieces:
+        return {}
+    # Few points say of most pieces that they do not reach beyond the rest.
+    extremes = rest[np.concatenate([rest.argmin(axis=0), rest.argmax(axis=0)])]
+    candidates = [number for number, piece in pieces.items() if _is_beyond(piece, extremes @ piece.axes.T, up)]
+    sheets = {}
+    for number in candidates[:_MOST_SHEETS]:
+        piece = pieces[number]
+        other = rest @ piece.axes.T
+        if _is_beyond(piece, other, up) and (size := _size_around(piece.seen[:, :2], other[:, :2])) is not None:
+            sheets[number] = size
+    return sheets
+
+
+def _is_beyond(piece: _FlatPiece, other: Floats, up: Floats) -> bool:
+    """Whether other points [Q, 3], along its axes, are on the side, at the distance and in the bounds of a sheet."""
+    seen = piece.seen
+    before, behind = float(other[:, 2].min() - seen[:, 2].max()), float(seen[:, 2].min() - other[:, 2].max())
     flat = _FLAT * float(np.ptp(seen, axis=0).max())
-    is_beside = other[:, 2].min() >= seen[:, 2].max() - flat or other[:, 2].max() <= seen[:, 2].min() + flat
-    area, other_area = (shapely.convex_hull(shapely.MultiPoint(points[:, :2])) for points in (seen, other))
-    if not is_beside or area.area < _SHEET_RATIO * other_area.area or not area.contains(other_area):
+    rise = float(piece.axes[2] @ up)
+    if abs(rise) >= _LEVEL:
+        gap, least = before if rise > 0.0 else behind, -flat
+    else:
+        gap, least = max(before, behind), max(flat, _SHEET_GAP_M)
+    if gap < least:
+        return False
+    low, high = other[:, :2].min(axis=0), other[:, :2].max(axis=0)
+    return bool((seen[:, :2].min(axis=0) <= low).all() and (high <= seen[:, :2].max(axis=0)).all())
+
+
+def _size_around(sheet: Floats, rest: Floats) -> tuple[float, float] | None:
+    """Length and width of a sheet [P, 2] that contains the rest [Q, 2] and has at least twice its area, or None."""
+    area, rest_area = (shapely.convex_hull(shapely.MultiPoint(points)) for points in (sheet, rest))
+    if area.area < _SHEET_RATIO * rest_area.area or not area.contains(rest_area):
         return None
     corners = shapely.get_coordinates(shapely.minimum_rotated_rectangle(area))
     width, length = sorted(np.linalg.norm(np.diff(corners[:3], axis=0), axis=1).tolist())

@@ -10,6 +10,7 @@ from grammarlab.errors import FacadeError
 from grammarlab.synthesis.analysis.example import OUTSIDE, Example, analyse
 from grammarlab.synthesis.mesh.building_files import read_mesh
 from tests.synthesis.houses import RECESS, House, house
+from tests.synthesis.rectangles import BOXES, WALL, empty_file, with_sheets
 
 
 def analysed(known: House, path: Path, digits: int = 9) -> Example:
@@ -117,3 +118,11 @@ def test_a_door_is_a_unit_of_a_house_of_one_storey(tmp_path: Path) -> None:
     points = np.where(low[:, None] & [False, True, False], known.points - [0.0, 1.3, 0.0], known.points)
     region = analysed(replace(known, points=points), tmp_path).main
     assert [region.grid.names[label] for label in region.grid.labels[0]] == ["window", "door", "window", "window"]
+
+
+@pytest.mark.parametrize("axes", [[0, 1, 2], [0, 2, 1]])
+def test_a_free_standing_wall_with_boxes_on_it_has_units_whatever_is_up(axes: list[int], tmp_path: Path) -> None:
+    parts = np.array([WALL, *BOXES])[:, :, axes].tolist()
+    example = analyse(read_mesh(with_sheets(empty_file(tmp_path / "wall.obj"), *parts)))
+    assert example.main.grid.labels.shape == (2, 4)
+    assert not any("sheet" in note for note in example.notes)

@@ -5,12 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
 from grammarlab.errors import FacadeError
 from grammarlab.synthesis.mesh.building_files import FORMATS, read_mesh, without_sheets
 from tests.assets.documents import BOX, BOX_TRIANGLES, Document
 from tests.assets.mutants import mutants
 from tests.synthesis.houses import house
+from tests.synthesis.rectangles import BOXES, WALL, empty_file, with_sheets
 
 
 @pytest.mark.parametrize(
@@ -78,17 +80,7 @@ def test_pipes_and_large_files_are_refused_without_reading_them(suffix: str, tmp
         read_mesh(pipe)
 
 
-def with_sheets(path: Path, *corners: list[list[float]]) -> Path:
-    """A file with further rectangles, which touch nothing."""
-    text = path.read_text()
-    num = sum(line.startswith("v ") for line in text.splitlines())
-    for rectangle in corners:
-        text += "".join(f"v {x} {y} {z}\n" for x, y, z in rectangle) + f"f {num + 1} {num + 2} {num + 3} {num + 4}\n"
-        num += 4
-    path.write_text(text)
-    return path
-
-
+Y_UP, Z_UP = np.eye(3)[1:]
 GROUND = [[-30.0, 0.0, -40.0], [-30.0, 0.0, 40.0], [50.0, 0.0, 40.0], [50.0, 0.0, -40.0]]
 BACKDROP = [[-30.0, -5.0, -40.0], [50.0, -5.0, -40.0], [50.0, 60.0, -40.0], [-30.0, 60.0, -40.0]]
 ROOF = [[-0.6, 12.0, 0.6], [15.0, 12.0, 0.6], [15.0, 12.0, -9.0], [-0.6, 12.0, -9.0]]
@@ -97,11 +89,35 @@ ROOF = [[-0.6, 12.0, 0.6], [15.0, 12.0, 0.6], [15.0, 12.0, -9.0], [-0.6, 12.0, -
 def test_ground_planes_and_backdrops_are_left_out_and_roofs_are_not(tmp_path: Path) -> None:
     alone = read_mesh(house(4, 3, 2).write(tmp_path / "house.obj"))
     framed = read_mesh(with_sheets(house(4, 3, 2).write(tmp_path / "framed.obj"), GROUND, BACKDROP))
-    building, notes = without_sheets(framed)
+    building, notes = without_sheets(framed, Y_UP)
     assert sorted(note.split(",")[0] for note in notes) == ["a flat sheet of 80 x 65 m", "a flat sheet of 80 x 80 m"]
     assert np.ptp(building.surface.points, axis=0) == pytest.approx(np.ptp(alone.surface.points, axis=0))
     assert len(building.surface) == len(alone.surface) == building.patches.shape[1]
     for mesh in (alone, read_mesh(with_sheets(house(4, 3, 2).write(tmp_path / "roof.obj"), ROOF))):
-        kept, notes = without_sheets(mesh)
+        kept, notes = without_sheets(mesh, Y_UP)
         assert kept is mesh
         assert not notes
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.02])
+def test_a_wall_with_boxes_on_it_is_not_a_sheet_unless_it_lies_below_them(gap: float, tmp_path: Path) -> None:
+    boxes = (np.array(BOXES) + np.array([0.0, 0.0, gap])).tolist()
+    mesh = read_mesh(with_sheets(empty_file(tmp_path / "wall.obj"), WALL, *boxes))
+    assert without_sheets(mesh, Y_UP) == (mesh, ())
+    assert without_sheets(mesh, -Z_UP) == (mesh, ())
+    boxes_alone, notes = without_sheets(mesh, Z_UP)
+    assert notes == ("a flat sheet of 20 x 14 m, such as a ground plane, is left out",)
+    assert len(boxes_alone.surface) == len(mesh.surface) - 2
+
+
+def test_a_blank_wall_behind_others_is_not_a_sheet(tmp_path: Path) -> None:
+    blank = (np.array(WALL) - np.array([0.0, 0.0, 8.0])).tolist()
+    mesh = read_mesh(with_sheets(empty_file(tmp_path / "walls.obj"), WALL, blank, *BOXES))
+    assert without_sheets(mesh, Y_UP) == (mesh, ())
+
+
+def test_no_hull_is_made_for_long_pieces_that_cannot_be_sheets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    boards = [[[0.0, y, 1.0], [20.0, y, 1.0], [20.0, y + 0.5, 1.0], [0.0, y + 0.5, 1.0]] for y in range(14)]
+    mesh = read_mesh(with_sheets(empty_file(tmp_path / "boards.obj"), WALL, *BOXES, *boards))
+    monkeypatch.setattr(shapely, "convex_hull", lambda _: pytest.fail("a hull of many points takes long"))
+    assert without_sheets(mesh, Y_UP) == (mesh, ())
