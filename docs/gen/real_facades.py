@@ -17,7 +17,7 @@ from grammarlab.runs.facade.read import read_facade
 FACTORS = ((1.0, 1.0), (0.7, 1.0), (1.3, 1.0), (2.0, 1.0), (1.0, 1.5))
 """Width and height of each drawing, in those of the facade."""
 NUMBER, PER_SHEET, STEP = 20, 5, 9
-"""Number of facades, in all and on a sheet, and every so manieth annotation at an odd place of the sorted files."""
+"""Numbers of facades, in all and on a sheet; and the step between those drawn of the sorted files at odd positions."""
 _WIDTH, _HEIGHT, _GAP = 1240, 250, 10
 """Largest size of a row of drawings, and the gap between drawings, pixels."""
 

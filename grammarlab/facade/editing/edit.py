@@ -215,8 +215,10 @@ def _with_whole_columns(facade: Facade, wishes: Sequence[Size], locks: tuple[Wis
                     variation = choice.variation
         except FacadeError:  # too large, too deep, or nothing would be left
             choices = []
-        if not choices:
+        if not choices and not candidates:
             break
+        if not choices:  # other settings may find columns
+            continue
         steps = tuple(str(choice) for choice in choices if any(count != 1 for count in choice.counts))
         edited = _solved(facade, variation, wishes, locks, start, in_line=True)
         proven = not edited.conflict and not locks and all(choice.is_proven for choice in choices)

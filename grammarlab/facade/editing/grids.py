@@ -146,13 +146,14 @@ def lasso(facade: Facade, low: ArrayLike, high: ArrayLike, label: str | None = N
 def single_shops(facade: Facade) -> Flags:
     """[N] whether a leaf is a shop window beside which no other one begins; several in a row are a band."""
     shops = facade.leaves[np.array([*(is_shop(name) for name in facade.labels), False])[facade.label[facade.leaves]]]
-    low = facade.position[shops]
-    high = low + facade.size[shops]
-    gap = np.maximum(low[:, None] - high, low - high[:, None])
-    touches = (gap <= TOLERANCE * facade.size[0]).all(axis=2)
-    np.fill_diagonal(touches, False)
+    # In sizes of the facade, one tolerance holds along both axes.
+    low = facade.position[shops] / facade.size[0]
+    high = low + facade.size[shops] / facade.size[0]
+    boxes = shapely.box(*low.T, *high.T)
+    touching = shapely.STRtree(boxes).query_nearest(boxes, max_distance=TOLERANCE, exclusive=True, all_matches=False)[0]
     result = np.zeros(len(facade), dtype=bool)
-    result[shops] = ~touches.any(axis=1)
+    result[shops] = True
+    result[shops[touching]] = False
     return result
 
 

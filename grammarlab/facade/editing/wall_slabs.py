@@ -92,7 +92,7 @@ def find_elements(facade: Facade, along: int, *, shops: bool = False) -> Element
     Args:
         facade: the facade.
         along: X for columns, Y for rows.
-        shops: whether shop windows are openings, too; else they may be cut, as bands are.
+        shops: whether shop windows count as openings; else they may be cut, as bands are.
     """
     whole = float(facade.size[0, along])
     opens = np.array([*(is_opening(name) for name in facade.labels), False])

@@ -1,10 +1,11 @@
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 from hypothesis import given
 
-from grammarlab.facade.editing.grids import is_background, kinds, types
-from grammarlab.facade.tree import Facade
+from grammarlab.facade.editing.grids import is_background, kinds, single_shops, types
+from grammarlab.facade.tree import TOLERANCE, Facade
 from tests.facade.samples import across, built, leaf, stacked
 from tests.facade.strategies import trees
 
@@ -42,3 +43,28 @@ def test_an_arch_and_a_rectangle_are_of_two_kinds_of_one_type() -> None:
 def test_walls_and_what_has_no_name_are_background() -> None:
     facade = built(stacked(leaf("Wall"), leaf(""), leaf("window")))
     assert np.array_equal(is_background(facade), [True, True, True, False])
+
+
+@given(trees())
+def test_single_shops_are_those_that_touch_no_other(facade: Facade) -> None:
+    facade = replace(facade, labels=tuple("shop" if name == "window" else name for name in facade.labels))
+    shops = [leaf for leaf in facade.leaves.tolist() if facade.name_of(leaf) == "shop"]
+    low, high = facade.position / facade.size[0], (facade.position + facade.size) / facade.size[0]
+
+    def touches(one: int, other: int) -> bool:
+        return bool((np.maximum(low[one] - high[other], low[other] - high[one]) <= TOLERANCE).all())
+
+    single = [one for one in shops if not any(touches(one, other) for other in shops if other != one)]
+    assert np.flatnonzero(single_shops(facade)).tolist() == single
+
+
+def test_single_shops_of_many_need_little_memory() -> None:
+    num = 2_000
+    facade = built(across(*(leaf(name) for _ in range(num) for name in ("shop", "wall"))))
+    single_shops(facade)
+    tracemalloc.start()
+    try:
+        assert single_shops(facade).sum() == num
+        assert tracemalloc.get_traced_memory()[1] < num**2
+    finally:
+        tracemalloc.stop()

@@ -159,3 +159,14 @@ def test_shop_windows_of_another_rhythm_are_not_cut_into_strips(factor: float) -
     assert not best.faults
     assert len(shops) >= 4
     assert best.facade.size[shops, X].min() > 2.5
+
+
+def test_columns_with_a_fault_are_left_as_they_are_even_where_whole_shop_windows_leave_no_columns() -> None:
+    storey = [leaf("wall" if k % 2 == 0 else "window", width, 1.5) for k, width in enumerate((3, 2, 1, 2, 3, 2, 1))]
+    ground = across(leaf("door", 1.7, 3.0), leaf("shop", 6.1, 3.0), leaf("wall", 6.2, 3.0))
+    house = built(stacked(ground, leaf("wall", 14.0, 1.0), across(*storey)))
+    width = 1.3 * house.width
+    assert best_slabs(unedited(house), house, X, width, shops=True) is None
+    best = edit(house, width=width, most=1)[0]
+    assert best.steps == ("facade: column 2 from the left 2 times",)
+    assert not best.faults
