@@ -346,8 +346,8 @@ class _FamilyWriter:
         return {state: names[first[state]] for state in first}
 
     def _equal_states(self) -> dict[WalkState, WalkState]:
-        """The state whose rule is that of each state; probabilities count as far as they are written, in percent."""
-        return equal_futures(self.walks, self.pattern.columns.doors, 2)
+        """The state whose rule is that of each state; probabilities are compared as they are written."""
+        return equal_futures(self.walks, self.pattern.columns.doors, round_percentages)
 
     def _state_name(self, state: WalkState) -> str:
         if not state.doors:

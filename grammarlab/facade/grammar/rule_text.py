@@ -35,7 +35,8 @@ def number(value: float, digits: int) -> str:
 def round_percentages(probabilities: Sequence[float]) -> list[str]:
     """Percentages with as few decimals as leave each within a quarter of its value; they add up to 100.
 
-    What is left by rounding down goes to the largest remainders, and to the last of equal ones.
+    What is left by rounding down goes to the largest remainders, and to the last of equal ones. None is 0: what is
+    rarer than a millionth of a percent becomes that.
 
     Args:
         probabilities: [N] probabilities, above 0, with sum 1.
@@ -48,6 +49,9 @@ def round_percentages(probabilities: Sequence[float]) -> list[str]:
     while True:
         whole = 100 * 10**decimals
         parts = np.floor(shares * whole + _ROUNDING)
+        if decimals == _MOST_DECIMALS:
+            parts = np.maximum(parts, 1.0)
+            parts[parts.argmax()] += min(0.0, whole - parts.sum())
         missing = round(whole - parts.sum())
         order = np.lexsort((-np.arange(len(parts)), parts - shares * whole))
         parts[order[:missing]] += 1.0

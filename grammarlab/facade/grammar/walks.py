@@ -8,7 +8,7 @@ among walks of one length, the probability grows with the frequencies of the tra
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -115,7 +115,9 @@ def walks(columns: KindSequence, low: float, high: float) -> Walks | None:
     return result
 
 
-def equal_futures(found: Walks, doors: tuple[bool, ...], decimals: int) -> dict[WalkState, WalkState]:
+def equal_futures(
+    found: Walks, doors: tuple[bool, ...], rounded: Callable[[Sequence[float]], Iterable[float | str]]
+) -> dict[WalkState, WalkState]:
     """For each state, the first of those from which walks go on in the same ways, also behind later columns.
 
     A state at a door has no equal without one, so that the place of the door can be seen from its state.
@@ -123,17 +125,17 @@ def equal_futures(found: Walks, doors: tuple[bool, ...], decimals: int) -> dict[
     Args:
         found: the walks.
         doors: [K] whether each kind of columns contains doors.
-        decimals: decimals of probabilities that are compared.
+        rounded: the compared values of the probabilities of the steps from a state, and of the end behind it if walks
+            end there.
     """
     signatures: dict[WalkState, int] = {}
     numbers: dict[object, int] = {}
     first_of: dict[int, WalkState] = {}
     for state in reversed(found.steps):  # later states never lead to earlier ones
-        ways = tuple(
-            (round(step.probability, decimals), step.gap, step.to.kind, signatures[step.to])
-            for step in found.steps[state]
-        )
-        signature = doors[state.kind], round(found.end.get(state, -1.0), decimals), ways
+        steps = found.steps[state]
+        ways = tuple((step.gap, step.to.kind, signatures[step.to]) for step in steps)
+        probabilities = [step.probability for step in steps] + ([found.end[state]] if state in found.end else [])
+        signature = doors[state.kind], ways, tuple(rounded(probabilities))
         signatures[state] = numbers.setdefault(signature, len(numbers))
     for state in found.steps:
         first_of.setdefault(signatures[state], state)

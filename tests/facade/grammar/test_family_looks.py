@@ -28,7 +28,7 @@ def family(facade: Facade, low: float = 0.7, high: float = 1.5) -> WrittenFamily
 
 
 def arched(facade: Facade, outline: np.ndarray, every: int = 1) -> Facade:
-    """With every so manieth window of each row outlined."""
+    """With one of `every` windows of each row outlined."""
     windows = [leaf for leaf in facade.leaves.tolist() if facade.name_of(leaf) == "window"]
     place = {leaf: k for row in np.flatnonzero(facade.axis == X) for k, leaf in enumerate(facade.children[row][1::2])}
     points = [outline if leaf in windows and place[leaf] % every == 0 else outline[:0] for leaf in range(len(facade))]

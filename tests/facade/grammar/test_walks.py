@@ -1,4 +1,6 @@
 from collections import Counter
+from collections.abc import Sequence
+from fractions import Fraction
 from itertools import pairwise, product
 
 import numpy as np
@@ -6,12 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.facade.grammar.walks import KindSequence, Walks, equal_futures, walks
+from grammarlab.facade.grammar.rule_text import round_percentages
+from grammarlab.facade.grammar.walks import KindSequence, Walks, WalkState, WalkStep, equal_futures, walks
+
+
+def nine_decimals(values: Sequence[float]) -> list[float]:
+    return [round(value, 9) for value in values]
 
 
 def probabilities(found: Walks, doors: tuple[bool, ...] | None = None) -> dict[tuple[int, ...], float]:
     """Probability of each walk, given by its columns; with doors, by the rules of states with equal futures."""
-    first = {state: state for state in found.steps} if doors is None else equal_futures(found, doors, 9)
+    first = {state: state for state in found.steps} if doors is None else equal_futures(found, doors, nine_decimals)
     result: dict[tuple[int, ...], float] = {}
 
     def go(state, taken: tuple[int, ...], probability: float) -> None:
@@ -89,7 +96,7 @@ def test_states_with_equal_futures_have_one_rule_and_walks_keep_their_probabilit
     found = walks(columns_of(kinds, sizes, doors), 2.0, 9.0)
     if found is not None:
         assert probabilities(found, tuple(doors)) == pytest.approx(probabilities(found), rel=1e-7)
-        assert len(set(equal_futures(found, tuple(doors), 9).values())) <= len(found.steps)
+        assert len(set(equal_futures(found, tuple(doors), nine_decimals).values())) <= len(found.steps)
 
 
 def test_frequent_steps_are_likelier() -> None:
@@ -102,3 +109,27 @@ def test_frequent_steps_are_likelier() -> None:
 
 def test_nothing_that_stands_has_no_walks() -> None:
     assert walks(KindSequence((0,), (5.0,), (False,), (False,)), 0.0, 10.0) is None
+
+
+@pytest.mark.parametrize(("one", "other", "are_equal"), [(0.996, 0.999, False), (0.501, 0.502, True)])
+def test_states_are_equal_where_their_percentages_are_written_alike(
+    one: float, other: float, *, are_equal: bool
+) -> None:
+    start, left, right, end = WalkState(0, 0, 1), WalkState(1, 0, 2), WalkState(2, 0, 2), WalkState(0, 0, 3)
+    steps = {
+        start: (WalkStep(0.5, -1, left), WalkStep(0.5, -1, right)),
+        left: (WalkStep(one, -1, end),),
+        right: (WalkStep(other, -1, end),),
+        end: (),
+    }
+    ends = {left: 1.0 - one, right: 1.0 - other, end: 1.0}
+    found = Walks(before=-1, after=-1, start=start, steps=steps, end=ends, sizes={}, total=4.0)
+    first = equal_futures(found, (False,) * 3, round_percentages)
+    assert (first[left] == first[right]) == are_equal
+
+
+@given(st.lists(st.floats(-14.0, 0.0), min_size=1, max_size=8))
+def test_percentages_add_up_to_100_and_none_is_0(exponents: list[float]) -> None:
+    written = [Fraction(text) for text in round_percentages([10.0**exponent for exponent in exponents])]
+    assert sum(written) == 100
+    assert min(written) > 0
