@@ -44,8 +44,8 @@ _SHEET_GAP_M = 0.25
 """Least distance of a backdrop from the rest, metres: what is nearer, such as frames of windows, is on a wall."""
 _LEVEL = 0.9
 """Least cosine of the angle between the normal of a ground plane and the up axis; terrain may be inclined a little."""
-_MOST_SHEETS = 16
-"""Largest number of sheets that are compared with all points, the largest ones: a budget of time."""
+_MOST_SHEETS = 6
+"""Largest number of sheets that are compared with all points, the largest ones: one per side of a box around them."""
 _GREY = (0.7, 0.7, 0.68, 1.0)
 """Color of parts without a material."""
 
