@@ -281,7 +281,7 @@ def _addresses(request: SampleRequest, batch: Batch) -> list[Address]:
 class BoxDomain(AbstractDomain[BoxSpace, BoxModels]):
     """What such files mean."""
 
-    def read(self, path: Path, library: Path | None = None) -> str:
+    def read(self, path: Path, library: Path | str | None = None) -> str:
         return path.read_text()
 
     def open(self, text: str, name: str, assets: AssetRoot) -> BoxSpace:

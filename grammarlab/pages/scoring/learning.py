@@ -232,6 +232,9 @@ class Learning:
 
     def _choose_behind(self, way: str) -> None:
         """Choose other models for the line, after those that were in it have been shown."""
+        if self._line is not None and self._line.choice.way != way:
+            # Else it would depend on how fast these are chosen whether those of another strategy come back.
+            self._line = None
         if self._is_prepared and way in _LINED and not self._is_unlearned(way) and not self._behind:
             choice = self._choice(way)
             self._behind = self._submit_choice(choice, partial(self._take_line, choice))

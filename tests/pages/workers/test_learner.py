@@ -57,7 +57,7 @@ def pool() -> ModelPool:
 
 @pytest.fixture(scope="module")
 def handler() -> Handler:
-    return learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
+    return learner(".cga", TOWER, "tower", Path(), SEED, SIZE, False)
 
 
 def update(handler: Handler, factors: dict[str, dict[str, float]], choice: ModelChoice | None = None) -> LearnedUpdate:
@@ -70,7 +70,7 @@ def said(factors: dict[str, dict[str, float]]) -> Factors:
 
 
 def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
-    handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
+    handler = learner(".cga", TOWER, "tower", Path(), SEED, SIZE, False)
     features: Features = handler(Prepare(), report)
     assert features.rows.shape == (SIZE, len(features.names))
     assert len(set(features.names)) == len(features.names)
@@ -84,8 +84,8 @@ def test_features_are_sent_once_and_again_when_they_change(pool: ModelPool):
 def test_new_models_after_the_same_scores_need_no_second_fit(pool: ModelPool, monkeypatch: pytest.MonkeyPatch):
     scores = {"overall": {name: 100.0 if kind_of(name) == "Flat" else 0.0 for name in pool.names[:12]}}
     choice = ModelChoice("default", "overall", 8, 5)
-    once = update(learner(".cga", TOWER, "tower", ".", SEED, SIZE, False), scores, choice)
-    handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
+    once = update(learner(".cga", TOWER, "tower", Path(), SEED, SIZE, False), scores, choice)
+    handler = learner(".cga", TOWER, "tower", Path(), SEED, SIZE, False)
     behind = update(handler, scores)
     assert (behind.chosen, behind.js) == (None, 0.0)
     with monkeypatch.context() as forbidden:
@@ -104,11 +104,11 @@ def test_a_choice_that_was_learned_is_drawn_as_two_models_that_differ_in_it_alon
     contrast = update(handler, scores).contrasts[0]
     assert (contrast.having > contrast.without) == ("Flat" in contrast.text)
     assert {model[0] for model in contrast.models} == {"g"}
-    drawn = artist(".cga", TOWER, "tower", ".")(DrawContrast(contrast, 48, 1), report).pictures
+    drawn = artist(".cga", TOWER, "tower", Path())(DrawContrast(contrast, 48, 1), report).pictures
     assert [picture.shape for picture in drawn] == [(48, 48, 3)] * 2
     assert not np.array_equal(*drawn)
     with pytest.raises(UsageError, match="no seed here gives two models"):
-        artist(".cga", TOWER, "tower", ".")(DrawContrast(replace(contrast, models=()), 48, 1), report)
+        artist(".cga", TOWER, "tower", Path())(DrawContrast(replace(contrast, models=()), 48, 1), report)
 
 
 @pytest.mark.parametrize(
@@ -183,7 +183,7 @@ def test_a_mistake_among_models_that_are_not_of_the_pool_is_shown_first(handler:
 def test_what_is_learned_depends_on_the_scores_alone(handler: Handler, pool: ModelPool):
     scores = {"overall": {model: float(index % 3) * 50 for index, model in enumerate(pool.names[:20])}}
     choice = ModelChoice("default", "overall", 8, 7)
-    fresh = update(learner(".cga", TOWER, "tower", ".", SEED, SIZE, False), scores, choice)
+    fresh = update(learner(".cga", TOWER, "tower", Path(), SEED, SIZE, False), scores, choice)
     update(handler, {"overall": dict.fromkeys(pool.names[40:60], 80.0)})
     again = update(handler, scores, choice)
     assert np.array_equal(fresh.factors["overall"].mean, again.factors["overall"].mean)
@@ -197,7 +197,7 @@ def test_the_density_does_not_move_without_new_scores(handler: Handler, pool: Mo
 
 
 def test_changes_are_measured_from_one_of_the_last_updates_and_older_ones_are_forgotten(pool: ModelPool):
-    handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
+    handler = learner(".cga", TOWER, "tower", Path(), SEED, SIZE, False)
     scores = said({"overall": {name: 100.0 * (kind_of(name) == "Flat") for name in pool.names[:12]}})
     choice = ModelChoice("default", "overall", 2, 5)
     every = [handler(Update(scores, NUMBERS, choice), report) for _ in range(NUM_FITS + 1)]
@@ -222,7 +222,7 @@ def test_models_that_are_on_the_page_are_not_chosen(handler: Handler, pool: Mode
 
 
 def test_models_are_chosen_before_anything_is_learned(pool: ModelPool):
-    handler = learner(".cga", TOWER, "tower", ".", SEED, SIZE, False)
+    handler = learner(".cga", TOWER, "tower", Path(), SEED, SIZE, False)
     for way in ASKED:
         chosen = handler(
             Choose(said({"overall": {pool.names[0]: 5.0}}), NUMBERS, ModelChoice(way, "overall", 4, 2)), report

@@ -56,7 +56,7 @@ def test_a_package_gives_its_first_rule_file_with_imports_assets_and_other_proje
     assert find_asset("wall.png", source.assets).stat().st_size == 10240
     assert find_asset("/ESRI.lib/assets/oak.obj", source.assets).read_bytes() == b"v 0 0 0"
     assert source.choices.library is not None
-    assert (source.choices.library / "ESRI.lib" / "rules" / "roof.cga").is_file()
+    assert Path(source.choices.library, "ESRI.lib", "rules", "roof.cga").is_file()
     assert find_rules(str(path)) == source
     assert source.path.is_relative_to(tmp_path / "tmp")
 
