@@ -150,7 +150,7 @@ def test_what_is_learned_about_boxes_is_sampled_and_learned_from_again(
 ):
     def taught(file: Path) -> Path:
         """Learns from scores of the models of a file."""
-        space, pool = space_of(file), list(Pool(SEED))[:96]
+        space, pool = space_of(file), list(Pool(SEED))[:160]
         scores = liked(space.make(pool)).tolist()
         rows = [address.label(OVERALL, score, space.hashes) for address, score in zip(pool, scores, strict=True)]
         labels, learned = tmp_path / f"{file.stem}.csv", tmp_path / f"{file.stem}-liked.boxes"
