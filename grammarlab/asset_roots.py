@@ -119,17 +119,20 @@ def meanings(path: str) -> list[str]:
 
 
 def _projects(library: Path) -> list[str]:
-    """Names of the first projects of a library that have assets; links that lead out of it are left out."""
+    """The first projects of a library with assets, by name; links that lead out of it are left out.
+
+    By name, since the order of a folder differs between machines, and models may not.
+    """
     try:
         inside = library.resolve()
-        folders = [
+        found = (
             project.name
-            for project in islice(library.iterdir(), _MAX_PROJECTS)
+            for project in sorted(library.iterdir())
             if _is_folder(project / _ASSETS) and (project / _ASSETS).resolve().is_relative_to(inside)
-        ]
+        )
+        return list(islice(found, _MAX_PROJECTS))
     except (OSError, RuntimeError):
         return []
-    return sorted(folders)
 
 
 def _is_folder(path: Path) -> bool:

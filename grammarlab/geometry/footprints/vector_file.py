@@ -126,7 +126,7 @@ def _geometries(bodies: NDArray[np.object_]) -> NDArray[np.object_]:
 
 
 def _geometry(body: bytes) -> shapely.Geometry | None:
-    # As above: arcs become edges.
+    # As above, for one geometry; arcs, for which Shapely has no class, become edges.
     try:
         return shapely.from_wkb(body, on_invalid="ignore")
     except (shapely.errors.ShapelyError, NotImplementedError):

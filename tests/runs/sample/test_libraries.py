@@ -56,6 +56,16 @@ def source_of(root):
     return find_rules(str(rules_of(root)), choices=RuleChoices(root.library))
 
 
+def test_projects_are_searched_by_name_and_other_files_of_a_library_do_not_count(root):
+    for number in range(500):
+        (root.library / f"{number}.txt").touch()
+    for name in ("B.lib", "A.lib"):
+        (root.library / name / "assets").mkdir(parents=True)
+        (root.library / name / "assets" / "only.txt").write_text(name)
+    assert find_asset("Plants/x.obj", root).name == "x.obj"
+    assert find_asset("only.txt", root).read_text() == "A.lib"
+
+
 @pytest.mark.parametrize("name", [PLANT, PLANT[1:], "Plants/x.obj", "assets/Plants/x.obj"])
 def test_a_file_of_a_library_is_found_by_its_project_or_in_the_assets_of_one(root, name):
     assert find_asset(name, root) == root.library / "ESRI.lib" / "assets" / "Plants" / "x.obj"

@@ -148,7 +148,8 @@ class Refusing(MemoryFileSystem):
     left: ClassVar[list[int]] = [0]
 
     def pipe_file(self, path: str, value: bytes, *options: Any, **named: Any) -> None:
-        if "mode" in named:  # as file systems of fsspec do that cannot create a file only if there is none
+        # As file systems of fsspec do that cannot create a file only if there is none; the code under test expects it.
+        if "mode" in named:
             raise NotImplementedError
         if not self.left[0]:
             raise ConnectionResetError("the store does not answer")
