@@ -125,12 +125,12 @@ def _projects(library: Path) -> list[str]:
     """
     try:
         inside = library.resolve()
-        found = (
+        projects = (
             project.name
             for project in sorted(library.iterdir())
             if _is_folder(project / _ASSETS) and (project / _ASSETS).resolve().is_relative_to(inside)
         )
-        return list(islice(found, _MAX_PROJECTS))
+        return list(islice(projects, _MAX_PROJECTS))
     except (OSError, RuntimeError):
         return []
 
