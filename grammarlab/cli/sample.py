@@ -71,6 +71,7 @@ class Origin(StrEnum):
     world = "world"
     footprint = "footprint"
     centre = "centre"
+    local = "local"
 
 
 class Renderer(StrEnum):
@@ -154,7 +155,7 @@ def sample(
     ] = Instancing.none,
     origin: Annotated[
         Origin,
-        typer.Option("--origin", help="Pivot of each model: the world's origin, under the model, or in its middle."),
+        typer.Option("--origin", help="Pivot of models; local is one near all of them, for programs of 32 bits."),
     ] = Origin.world,
     no_image: Annotated[bool, typer.Option("--no-image", help="Leave out the contact sheet.")] = False,
     columns: Annotated[

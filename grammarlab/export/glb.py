@@ -43,9 +43,13 @@ class GlbWriter(AbstractWriter):
         document: the file.
         content: writer of models.
         origin: [3] origin of the file in the world, in metres; JSON stores it in 64 bits, unlike the buffer.
+        in_world: whether the common node moves the models to their place in the world; otherwise its extras name it.
     """
 
-    def __init__(self, document: GltfDocument, content: Content, origin: NDArray[np.float64]) -> None:
+    def __init__(
+        self, document: GltfDocument, content: Content, origin: NDArray[np.float64], *, in_world: bool = True
+    ) -> None:
+        self._in_world = in_world
         self._document = document
         self._content = content
         self._origin = origin
@@ -67,7 +71,9 @@ class GlbWriter(AbstractWriter):
             UsageError: If the file would be too large.
         """
         if self._origin.any():
-            node = {"name": "origin", "translation": self._origin.tolist(), "children": self._roots}
+            place = self._origin.tolist()
+            node: dict[str, Any] = {"name": "origin", "children": self._roots}
+            node |= {"translation": place} if self._in_world else {"extras": {"origin": place}}
             self._roots = [self._document.add("nodes", node)]
         self._document.pack(self._roots, GENERATOR)
         return ()

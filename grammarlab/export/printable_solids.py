@@ -38,7 +38,7 @@ class Solid:
     """The surface of one model as a closed mesh, y up, metres from the origin of the model."""
 
     points: Floats
-    """[P, 3] different points."""
+    """[P, 3] points that differ with 32 bits."""
     triangles: Ints
     """[T, 3] rows of `points`, counter-clockwise from outside; each edge has two triangles."""
     material: NDArray[np.int32]
@@ -77,7 +77,7 @@ def solid_of(scene: Scene) -> Solid:
     shape = np.repeat(np.asarray(surface.run_original_id, dtype=np.int64) - first, counts)
     used = np.unique(triangles)
     rows = np.searchsorted(used, triangles)
-    return Solid(apart(points[used, :3], rows), rows, scene.material[shape] if len(shape) else np.zeros(0, np.int32))
+    return _welded(apart(points[used, :3], rows), rows, scene.material[shape])
 
 
 def apart(points: Floats, triangles: Ints) -> Floats:
@@ -103,6 +103,14 @@ def apart(points: Floats, triangles: Ints) -> Floats:
         points = points.copy()
         points[touching] -= _GAP * direction[touching] / np.where(length > 0.0, length, 1.0)
     return points
+
+
+def _welded(points: Floats, triangles: Ints, material: NDArray[np.int32]) -> Solid:
+    """A solid whose points differ with 32 bits, which most programs keep, without triangles that then have no area."""
+    rounded = points.astype(np.float32)
+    proper, places = distinct_corners(rounded, triangles)
+    used, rows = np.unique(places, return_inverse=True)
+    return Solid(np.unique(rounded, axis=0)[used].astype(np.float64), rows.reshape(-1, 3), material[proper])
 
 
 def distinct_corners(points: NDArray[np.floating], triangles: Ints) -> tuple[Ints, Ints]:

@@ -51,7 +51,9 @@ class SaveOptions:
     """Origin [3] of files in world metres. By default each file far from the origin of the world has its own. Files of
     one model have it if they are OBJ or PLY; a GLB has a node with its own, so its place in the world is exact."""
     pivot: Pivot = "world"
-    """Where the coordinates of each model count from: ``world``, the middle of its ``footprint``, or its ``centre``."""
+    """Where the coordinates of each model count from: ``world``, the middle of its ``footprint``, or its ``centre``.
+    With ``local`` they count from `origin`, and the file names it without moving its models there, for programs whose
+    places have 32 bits."""
 
     def __post_init__(self) -> None:
         if self.pivot not in PIVOTS:
@@ -226,9 +228,14 @@ def _layout(scenes: Iterable[tuple[Scene, TriangleBatch]], options: SaveOptions)
     return grid(low, high, origins, options.columns)
 
 
+def counts_from_model(options: SaveOptions, file_format: str) -> bool:
+    """Whether a file of one model counts from the origin of the model instead of `SaveOptions.origin`."""
+    return options.pivot in ("footprint", "centre") or (file_format in HAVE_NODES and options.pivot != "local")
+
+
 def _layout_of_one(origin: NDArray[np.float64], file_format: str, options: SaveOptions) -> SceneLayout:
     """Layout of a file of one model with an origin [3] in the world."""
-    if options.origin is None or file_format in HAVE_NODES or options.pivot != "world":
+    if options.origin is None or counts_from_model(options, file_format):
         return SceneLayout(origin, np.zeros((1, 3)))
     return around(np.array(options.origin), origin[None])
 
@@ -242,6 +249,7 @@ def _checked_format(file_format: str) -> str:
 def _writer(
     output: Output, target: Path, file_format: str, layout: SceneLayout, options: SaveOptions
 ) -> AbstractWriter:
+    in_world = options.pivot != "local"
     # A run has one format: the writers of the others are not imported.
     if file_format == "ply":
         from grammarlab.export.ply import PlyWriter  # noqa: PLC0415
@@ -259,7 +267,7 @@ def _writer(
         require("pxr")
         from grammarlab.export.usd import UsdWriter  # noqa: PLC0415
 
-        return UsdWriter(output, target, layout.origin, options.assets)
+        return UsdWriter(output, target, layout.origin, options.assets, in_world=in_world)
     if file_format == "obj":
         from grammarlab.export.obj import ObjWriter  # noqa: PLC0415
 
@@ -271,8 +279,9 @@ def _writer(
     document = GltfDocument(output)
     materials = GltfMaterials(document, options.assets)
     if options.reuse == "merged":
-        return GlbWriter(document, MergedContent(document, materials), layout.origin)
+        return GlbWriter(document, MergedContent(document, materials), layout.origin, in_world=in_world)
     from grammarlab.export.glb import ReusedContent  # noqa: PLC0415
 
     instancing = options.reuse == "instancing"
-    return GlbWriter(document, ReusedContent(document, materials, instancing=instancing), layout.origin)
+    content = ReusedContent(document, materials, instancing=instancing)
+    return GlbWriter(document, content, layout.origin, in_world=in_world)

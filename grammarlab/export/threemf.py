@@ -102,10 +102,10 @@ def _entry(name: str) -> ZipInfo:
 
 
 def _write_object(part: IO[bytes], number: int, name: str, solid: Solid, base: NDArray[np.integer]) -> None:
-    """One object; coordinates have a micrometre."""
+    """One object; coordinates have the nine digits of 32 bits, so that different points are read as such."""
     lines = [f'<object id="{number}" name={quoteattr(name)} type="model" pid="{_MATERIALS}" pindex="{int(base[0])}">']
     lines.append("<mesh><vertices>")
-    lines += [f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>' for x, y, z in z_up(solid.points).tolist()]
+    lines += [f'<vertex x="{x:.9g}" y="{y:.9g}" z="{z:.9g}"/>' for x, y, z in z_up(solid.points).tolist()]
     lines.append("</vertices><triangles>")
     rows = zip(solid.triangles.tolist(), base.tolist(), strict=True)
     lines += [f'<triangle v1="{a}" v2="{b}" v3="{c}" pid="{_MATERIALS}" p1="{index}"/>' for (a, b, c), index in rows]

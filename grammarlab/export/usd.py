@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -33,6 +33,15 @@ _WORLD = Sdf.Path("/World")
 _MATERIALS = Sdf.Path("/World/Materials")
 _PROTOTYPES = Sdf.Path("/Prototypes")
 _PARTS = Sdf.ValueTypeNames
+_PROPERTIES: Mapping[tuple[type, bool], Any] = {
+    (bool, False): _PARTS.Bool,
+    (int, False): _PARTS.Int,
+    (int, True): _PARTS.IntArray,
+    (float, False): _PARTS.Double,
+    (float, True): _PARTS.DoubleArray,
+    (str, False): _PARTS.String,
+}
+"""Kinds of attributes, of those that Blender reads, by the type of their value and whether it is a list."""
 
 
 @final
@@ -46,9 +55,18 @@ class UsdWriter(AbstractWriter):
         path: path of the file; images go beside it.
         origin: [3] origin of the file in the world, in metres; USD stores it in 64 bits.
         assets: folder of the textures; None leaves them out.
+        in_world: whether the assembly is at its place in the world; otherwise a property of it names this place.
     """
 
-    def __init__(self, output: Output, path: Path, origin: NDArray[np.float64], assets: AssetRoot | None) -> None:
+    def __init__(
+        self,
+        output: Output,
+        path: Path,
+        origin: NDArray[np.float64],
+        assets: AssetRoot | None,
+        *,
+        in_world: bool = True,
+    ) -> None:
         self._stream = output.stream
         self._path = path
         self._assets = assets
@@ -58,8 +76,10 @@ class UsdWriter(AbstractWriter):
         world = UsdGeom.Xform.Define(self._stage, _WORLD)
         Usd.ModelAPI(world.GetPrim()).SetKind(Kind.Tokens.assembly)
         self._stage.SetDefaultPrim(world.GetPrim())
-        if origin.any():
+        if origin.any() and in_world:
             world.AddTranslateOp().Set(Gf.Vec3d(*origin.tolist()))
+        elif origin.any():
+            _set_properties(world.GetPrim(), {"origin": origin.tolist()})
         UsdGeom.Scope.Define(self._stage, _MATERIALS)
         self._stage.CreateClassPrim(_PROTOTYPES)
         self._numbers = MaterialNumbers()
@@ -74,8 +94,8 @@ class UsdWriter(AbstractWriter):
         Usd.ModelAPI(model.GetPrim()).SetKind(Kind.Tokens.component)
         if offset.any():
             model.AddTranslateOp().Set(Gf.Vec3d(*offset.tolist()))
-        if values := model_values(scene):
-            model.GetPrim().SetCustomData(values)
+        for kind, values in model_values(scene).items():
+            _set_properties(model.GetPrim(), values, f"{kind}:")
         names = shape_names(scene)
         textured = np.zeros(len(scene.materials), dtype=bool)
         for material in np.unique(batch.group_material).tolist():
@@ -108,8 +128,7 @@ class UsdWriter(AbstractWriter):
             mesh = self._mesh(path, batch.vertices[vertices], batch.normals[vertices], rows, material, batch.materials)
             coordinates = texture_coordinates(batch, triangles).reshape(-1, 2) * (1.0, -1.0) + (0.0, 1.0)
             _set_coordinates(mesh, coordinates, UsdGeom.Tokens.faceVarying)
-            if extras:
-                mesh.GetPrim().SetCustomData(extras)
+            _set_properties(mesh.GetPrim(), extras)
 
     def _add_instances(self, model: PrimPath, scene: Scene, names: ShapeNames | None) -> None:
         if not len(scene):
@@ -132,8 +151,7 @@ class UsdWriter(AbstractWriter):
                 group = groups[kind, material] = self._unused(model, name)
                 xform = UsdGeom.Xform.Define(self._stage, group)
                 Usd.ModelAPI(xform.GetPrim()).SetKind(Kind.Tokens.subcomponent)
-                if extras:
-                    xform.GetPrim().SetCustomData(extras)
+                _set_properties(xform.GetPrim(), extras)
             if (kind, material, index) not in prototypes:
                 prototypes[kind, material, index] = self._prototype(
                     shaded, index, scene.materials, material, group.name
@@ -245,11 +263,24 @@ class UsdWriter(AbstractWriter):
 def _label(
     names: ShapeNames | None, symbols: NDArray[np.int32] | None, row: int, table: Materials, material: int
 ) -> tuple[str, dict[str, Any]]:
-    """Name and custom data of shapes; of those without labels, only a name."""
+    """Name and properties of shapes; of those without labels, only a name."""
     if names is None or symbols is None:
         return "Shape", {}
     symbol = int(symbols[row])
     return names.name(symbol, table, material), names.extras(symbol, material)
+
+
+def _set_properties(prim: Any, values: Mapping[str, Any], prefix: str = "") -> None:
+    """Set attributes that programs show as properties of the user: numbers, truth values, texts and lists of numbers.
+
+    Attributes instead of custom data, which Blender and Houdini leave out.
+    """
+    for name, value in values.items():
+        words = [Tf.MakeValidIdentifier(word) for word in f"{prefix}{name}".split(":")]
+        kind = _PROPERTIES[type(value[0]), True] if isinstance(value, list) else _PROPERTIES[type(value), False]
+        attribute = prim.CreateAttribute(":".join(("userProperties", *words)), kind)
+        attribute.Set(value)
+        attribute.SetDisplayName(name)
 
 
 def _set_coordinates(mesh: Any, coordinates: NDArray[np.floating], interpolation: str) -> None:

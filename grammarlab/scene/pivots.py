@@ -8,7 +8,7 @@ import numpy as np
 
 from grammarlab.scene.instances import Scene, moved
 
-Pivot = Literal["footprint", "centre", "world"]
+Pivot = Literal["footprint", "centre", "world", "local"]
 PIVOTS: tuple[str, ...] = get_args(Pivot)
 _DECIMALS = 3
 """Decimals of a pivot in metres."""
@@ -20,9 +20,9 @@ def at_pivot(scene: Scene, pivot: Pivot) -> Scene:
     Args:
         scene: the scene.
         pivot: ``footprint`` is the middle of the bottom of the bounding box of a model, ``centre`` that of the box;
-            ``world`` keeps the origins.
+            ``world`` and ``local`` keep the origins.
     """
-    if pivot == "world" or len(scene) == 0:
+    if pivot in ("world", "local") or len(scene) == 0:
         return scene
     from grammarlab.scene.instance_bounds import scene_bounds  # noqa: PLC0415  # most runs do without
 

@@ -14,7 +14,7 @@ from PIL import Image
 
 from grammarlab.derivation.derive import derive
 from grammarlab.errors import UsageError
-from grammarlab.export import SaveOptions, printable_solids, save, stl
+from grammarlab.export import SaveOptions, printable_solids, save, save_each, stl
 from grammarlab.export.printable_solids import Solid, apart, solid_of
 from grammarlab.language.grammar import Grammar
 from grammarlab.scene import realize
@@ -59,6 +59,14 @@ def test_points_that_are_one_in_the_32_bits_of_an_stl_leave_no_holes(tmp_path, m
     read: Any = trimesh.load_mesh(save(realize(derive(Grammar.parse(RULES), 1, 1)), tmp_path / "point.stl"))
     assert len(read.faces) == 4
     assert read.is_watertight
+
+
+def test_programs_that_join_points_of_32_bits_find_a_solid_closed():
+    """Windows in two walls that meet have edges of less than a micrometre where they touch."""
+    rules = "Lot --> extrude(6) comp(f) { side : Side | all : R } Side --> split(x) { 3 : W | 1 : extrude(0.3) W }*"
+    solid = solid_of(realize(derive(Grammar.parse(rules), 1, 1)))
+    assert is_watertight(solid.points, solid.triangles)
+    assert len(np.unique(solid.points.astype(np.float32), axis=0)) == len(solid.points)
 
 
 def test_surfaces_that_touch_along_an_edge_draw_back_from_it():
@@ -166,6 +174,31 @@ def test_solids_far_from_the_origin_say_where_they_are_to_a_millimetre(tmp_path)
     assert np.abs(points.min(axis=0) + place - expected[0]).max() < 1e-3
 
 
+def properties(prim: Any) -> dict[str, Any]:
+    """Properties as programs for people show them."""
+    names = [name for name in prim.GetPropertyNames() if name.startswith("userProperties:")]
+    return {name.removeprefix("userProperties:"): prim.GetAttribute(name).Get() for name in names}
+
+
+def test_local_files_name_their_place_and_keep_32_bit_programs_to_a_millimetre(tmp_path):
+    """Programs such as Blender place each shape with 32 bits, which have steps of 0.25 m at 2,683,000 m."""
+    usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
+    options = SaveOptions(origin=(2683000.0, 0.0, -1247000.0), pivot="local", reuse="nodes")
+    far = scene(footprint=FAR)
+    glb, path = (save_each(far, tmp_path, kind, options)[0] for kind in ("glb", "usd"))
+    read: Any = trimesh.load(glb)
+    placed: Any = trimesh.load(save_each(far, tmp_path / "placed")[0])
+    assert np.abs(read.bounds + options.origin - placed.bounds).max() < 1e-3
+    assert np.abs(read.bounds).max() < 20
+    origin = next(node for node in read_glb(glb).document["nodes"] if node.get("name") == "origin")
+    assert (origin["extras"], "translation" in origin) == ({"origin": list(options.origin or ())}, False)
+    stage = usd.Stage.Open(str(path))
+    box = geometry.BBoxCache(usd.TimeCode.Default(), ["default"]).ComputeWorldBound(stage.GetDefaultPrim())
+    reach = box.ComputeAlignedRange()
+    assert np.abs([reach.GetMin(), reach.GetMax()] - read.bounds).max() < 1e-3
+    assert list(properties(stage.GetDefaultPrim())["origin"]) == list(options.origin or ())
+
+
 def numbers(pattern: str, text: str) -> np.ndarray:
     found = re.search(pattern, text)
     assert found is not None
@@ -206,10 +239,9 @@ def test_a_stage_has_kinds_names_materials_and_instances(tmp_path):
     assert (kinds["/World"], kinds["/World/model_0"]) == ("assembly", "component")
     assert kinds["/World/model_1/Wall_color_803020"] == "subcomponent"
     model = stage.GetPrimAtPath("/World/model_0")
-    assert model.GetCustomDataByKey("attributes") == {"floors": 2.0}
-    assert model.GetCustomDataByKey("reports") == {"area": 5.0}
+    assert properties(model) == {"attributes:floors": 2.0, "reports:area": 5.0}
     windows = stage.GetPrimAtPath("/World/model_0/Window")
-    assert windows.GetCustomDataByKey("line") == 4
+    assert properties(windows) == {"symbol": "Window", "line": 4}
     assert len(windows.GetChildren()) == 4
     assert all(prim.IsInstance() for prim in windows.GetChildren())
     assert len({prim.GetPrototype() for prim in stage.Traverse() if prim.IsInstance()}) <= 6

@@ -16,6 +16,7 @@ from grammarlab.about import __version__
 from grammarlab.asset_roots import AssetRoot, asset_root, library_of, own_folder
 from grammarlab.derivation.forest import MissingAsset
 from grammarlab.errors import AssetError
+from grammarlab.export.save import HAVE_NODES
 from grammarlab.files import read_bounded, write_text
 from grammarlab.geometry.footprints.crs import label
 from grammarlab.geometry.footprints.footprint import Georeference, Remark, RemarkKind
@@ -67,10 +68,9 @@ def place_in_words(request: SampleRequest) -> str:
         return f"origin: {where} ({system}); x is east of it and z south, in metres"
     if request.origin is None:
         return f"coordinates: x is the easting and -z the northing ({system})"
-    if request.file_format == "glb" and not request.single_file:
-        return (
-            f"coordinates: x is the easting and -z the northing ({system}); each file has its place in a node 'origin'"
-        )
+    if request.file_format in HAVE_NODES and not request.single_file and request.pivot != "local":
+        node = "a node 'origin'" if request.file_format == "glb" else "its prim 'World'"
+        return f"coordinates: x is the easting and -z the northing ({system}); each file has its place in {node}"
     where = f"easting {values['easting']:.10g}, northing {values['northing']:.10g}"
     return f"origin: {where} ({system}); all files count from it"
 

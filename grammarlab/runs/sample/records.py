@@ -18,7 +18,7 @@ from grammarlab.derivation.forest import MissingAsset
 from grammarlab.derivation.program import Program
 from grammarlab.errors import Finding, Location
 from grammarlab.export import SaveOptions, save_each, save_together
-from grammarlab.export.save import HAVE_NODES, Reuse
+from grammarlab.export.save import Reuse, counts_from_model
 from grammarlab.files import file_below, file_hash, sync_files
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.checks import grammar_to_run
@@ -320,12 +320,10 @@ def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArr
         request: the request.
         origins: [N, 3] origins of the models themselves.
     """
-    shared = (
-        request.is_in_place
-        if request.single_file
-        else request.file_format not in HAVE_NODES and request.pivot == "world"
-    )
-    return origins if request.origin is None or not shared else np.broadcast_to(request.origin, origins.shape)
+    own = not request.is_in_place
+    if not request.single_file:
+        own = counts_from_model(_save_options(request), request.file_format)
+    return origins if request.origin is None or own else np.broadcast_to(request.origin, origins.shape)
 
 
 def _missing_images(scene: Scene, assets: AssetRoot) -> set[str]:

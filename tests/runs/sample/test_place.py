@@ -156,3 +156,18 @@ def test_a_damaged_place_is_an_error(tmp_path, members):
     result.manifest.write_text(json.dumps(json.loads(result.manifest.read_text()) | members))
     with pytest.raises(AssetError, match="damaged"):
         read_manifest(result.manifest)
+
+
+@pytest.mark.parametrize(
+    ("pivot", "file_format", "words"),
+    [
+        ("world", "usd", "its prim 'World'"),
+        ("world", "glb", "a node 'origin'"),
+        ("local", "usd", "all files count from it"),
+    ],
+)
+def test_a_run_says_whether_its_files_have_places_of_their_own(tmp_path, pivot, file_format, words):
+    request = request_of(tmp_path, *lots(*FAR), crs="EPSG:2056", pivot=pivot, file_format=file_format)
+    assert words in place_in_words(request)
+    origins = [model.origin for model in sample_run(request, tmp_path / "out").models]
+    assert (len(set(origins)) == 1, request.origin in origins) == (pivot == "local", pivot == "local")
