@@ -58,6 +58,9 @@ class Pace:
     def __call__(self, task: str, done: int, total: int) -> None:
         now = time.monotonic()
         start, before = self._first.setdefault(task, (now, done))
+        if done < before:  # a task of the same name
+            start, before = self._first[task] = now, done
+            self._last.pop(task, None)
         if done < total and now - self._last.get(task, start - self._seconds) < self._seconds:
             return
         self._last[task] = now
@@ -97,6 +100,6 @@ def _bars() -> Iterator[Show]:
         def show(task: str, done: int, total: int) -> None:
             if task not in tasks:
                 tasks[task] = bars.add_task(escape(printable(task)), total=total)
-            bars.update(tasks[task], completed=done)
+            bars.update(tasks[task], completed=done, total=total, visible=done < total)
 
         yield show

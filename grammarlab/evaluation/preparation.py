@@ -8,7 +8,7 @@ The labelled set is derived at the scenario's seed. The pool is derived at seeds
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,7 +24,7 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.interview import Person
-from grammarlab.learning.round import Study
+from grammarlab.learning.round import Report, Study, silent
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.randomness import derived_seed
@@ -155,12 +155,13 @@ class Source:
         return hashlib.sha256(repr(values).encode()).hexdigest()
 
 
-def prepare(source: Source, settings: Settings) -> Material:
+def prepare(source: Source, settings: Settings, report: Report = silent) -> Material:
     """The material of a scenario.
 
     Args:
         source: the scenario and its design space.
         settings: settings of learning.
+        report: called with the number of labelled models that are made.
 
     Raises:
         UsageError: If the preference does not fit the space, or no model of the labelled set is liked.
@@ -168,19 +169,24 @@ def prepare(source: Source, settings: Settings) -> Material:
     """
     scenario, space = source.scenario, source.space
     scenario.check(space)
-    labelled = labelled_set(source)
+    labelled, scores, log_weights = list[Any](), list[Floats](), list[Floats]()
+    for designs in _labelled(source):
+        labelled.append(designs)
+        scores.append(true_scores(source, designs))
+        log_weights.append(_log_weight(source, designs))
+        report(f"labelled models of {scenario.name}", sum(map(len, scores)), scenario.num_models)
 
     def truth(addresses: Sequence[Address]) -> Floats:
         different = {address: index for index, address in enumerate(dict.fromkeys(addresses))}
-        scores = true_scores(source, space.make(tuple(different)))
-        return scores[[different[address] for address in addresses]]
+        of_different = true_scores(source, space.make(tuple(different)))
+        return of_different[[different[address] for address in addresses]]
 
-    log_weights = np.concatenate([_log_weight(source, designs) for designs in labelled])
+    log_weight = np.concatenate(log_weights)
     material = Material(
         tuple(factor.name for factor in scenario.factors),
-        np.concatenate([true_scores(source, designs) for designs in labelled]),
-        np.exp(log_weights - log_weights.max()),
-        Study(space, source.pool, settings, labelled),
+        np.concatenate(scores),
+        np.exp(log_weight - log_weight.max()),
+        Study(space, source.pool, settings, tuple(labelled)),
         lambda addresses, _numbers: truth(addresses),
         truth,
     )
@@ -200,8 +206,12 @@ def true_scores(source: Source, designs: Any) -> Floats:
 
 def labelled_set(source: Source) -> tuple[Any, ...]:
     """The designs of the labelled set in batches, without geometry."""
+    return tuple(_labelled(source))
+
+
+def _labelled(source: Source) -> Iterator[Any]:
     first = source.labelled_address
-    return tuple(source.space.sample(first.flat, source.scenario.num_models, first.seed))
+    return source.space.sample(first.flat, source.scenario.num_models, first.seed)
 
 
 def _product(scores: Floats) -> Floats:

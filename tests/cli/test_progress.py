@@ -41,7 +41,10 @@ def test_programs_read_progress_as_lines_of_stderr_and_one_object_on_stdout(run:
     json.loads(result.stdout)
     events = [json.loads(line) for line in result.stderr.splitlines() if line.startswith("{")]
     assert {event["event"] for event in events} == {"progress"}
+    parts = {"labelled models of boxes", "models of boxes, seed 0"}
+    assert command != "evaluate" or parts < {event["task"] for event in events}
     for event in events:
+        assert event["done"] <= event["total"]
         assert set(event) == {"event", "task", "done", "total", "per_second", "seconds_left"}
     assert events[-1]["done"] == events[-1]["total"] > 0
 
@@ -66,3 +69,5 @@ def test_progress_is_shown_at_times_and_at_the_end_with_its_rate(monkeypatch: py
         ("models", 80, 100, pytest.approx(20 / 1.2), pytest.approx(1.2)),
         ("models", 100, 100, pytest.approx(40 / 2.4), 0.0),
     ]
+    pace("models", 30, 100)
+    assert shown[-1] == ("models", 30, 100, 0.0, None)  # another task of this name

@@ -15,12 +15,20 @@ from threadpoolctl import threadpool_info
 
 from grammarlab.errors import Finding, LanguageError, Location
 from grammarlab.runs.work.executors import AbstractExecutor
+from grammarlab.runs.work.workers import report
 
 LONG = 600.0
 
 
 def square(number: int) -> int:
     return number * number
+
+
+def in_steps(number: int) -> int:
+    """Reports three steps."""
+    for step in range(1, 4):
+        report(f"steps of {number}", step, 3)
+    return number
 
 
 def product_of(seed: int) -> bytes:

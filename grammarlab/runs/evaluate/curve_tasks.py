@@ -22,7 +22,10 @@ from grammarlab.runs.evaluate.curve_store import CurveRecord, curves_in, digest
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.work.results import Progress, computed
+from grammarlab.runs.work.workers import report
 
+CURVES = "curves"
+"""Name of the curves in the progress of a run."""
 Store: TypeAlias = dict[str, dict[int, CurveRecord]]
 """Curves by key, and then by their largest number of labels."""
 
@@ -94,6 +97,8 @@ def run_protocol(
     material = _load_material(task.scenario, task.source_key, task.settings, task.seed)
     material = material if task.method.factored else material.as_one_factor()
     material = material.answered_by(task.person, task.seed)
+    whose = f"models of {load_source(task.scenario).scenario.name}, seed {task.seed}"
+    material.study.tables(report=lambda _part, done, total: report(whose, done, total))
     state, curve = protocol.run(
         material, task.method.batch, task.seed, task.max_labels, lambda state: on_round(material, state)
     )
@@ -131,12 +136,11 @@ def run_tasks(
     total = len({task.curve_name for task in tasks})
     num_stored = total - len(missing)
 
-    def tell(what: str, done: int, _missing: int) -> None:
-        on_progress(what, num_stored + done, total)
+    def tell(what: str, done: int, parts: int) -> None:
+        on_progress(what, *((num_stored + done, total) if what == CURVES else (done, parts)))
 
-    for record in computed(
-        curves, work, {task.curve_name: task for task in missing}, executor, "curves", tell
-    ).values():
+    by_name = {task.curve_name: task for task in missing}
+    for record in computed(curves, work, by_name, executor, CURVES, tell).values():
         _add(store, record)
     finished = [_usable(task, store) for task in tasks]
     return tuple(
@@ -159,7 +163,7 @@ def _load_material(scenario: Path, source_key: str, settings: Settings, seed: in
             f"{scenario}: the scenario or its grammar has changed since the run began, or machine "
             f"{platform.node()!r} has others by the same path. Start again with files that all machines share."
         )
-    return prepare(source.for_person(seed), settings)
+    return prepare(source.for_person(seed), settings, report)
 
 
 def _add(store: Store, record: CurveRecord) -> None:

@@ -16,6 +16,7 @@ from typing import Any, BinaryIO, Generic, TypeVar
 from grammarlab.errors import AssetError
 from grammarlab.files import atomic_file, file_below, open_regular, read_bounded
 from grammarlab.runs.work.executors import AbstractExecutor, Task
+from grammarlab.runs.work.workers import reporting
 
 Value = TypeVar("Value")
 Progress = Callable[[str, int, int], None]
@@ -118,7 +119,7 @@ def computed(
         tasks: tasks by the keys of their results.
         executor: runs the tasks.
         what: name of the results for `on_progress`.
-        on_progress: called with the number of finished results.
+        on_progress: called with the number of finished results, and with what tasks report.
 
     Returns:
         The results, by key, in the order of the tasks.
@@ -132,7 +133,8 @@ def computed(
         values[missing[index]] = value
         on_progress(what, len(values), len(tasks))
 
-    executor.run(work, [tasks[key] for key in missing], finish)
+    with reporting(on_progress):
+        executor.run(work, [tasks[key] for key in missing], finish)
     return {key: values[key] for key in tasks}
 
 

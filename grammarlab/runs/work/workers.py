@@ -6,11 +6,12 @@ import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from multiprocessing import connection, current_process, get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from threading import Lock, Thread
-from typing import Any
+from typing import Any, TypeAlias
 
 from threadpoolctl import threadpool_limits
 
@@ -28,6 +29,10 @@ _UNGUARDED_CODE = 78
 """Exit code of a worker that found its script without a guard: how its parent learns the reason."""
 _NAME = "grammarlab worker"
 """Name of worker processes, known before the script is imported."""
+Report: TypeAlias = Callable[[str, int, int], None]
+"""Function of the name of a part of a task, the number of its finished steps, and the number of all of them."""
+_reported: ContextVar[Report] = ContextVar("reported")
+"""Where reports of this thread go: they cross the border of a process, which arguments of a task cannot."""
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 # Spawned, not forked: threads of numerical libraries do not survive a fork.
 _CONTEXT = get_context("spawn")
@@ -100,6 +105,22 @@ def variables(values: Mapping[str, str]) -> Iterator[None]:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+@contextmanager
+def reporting(to: Report) -> Iterator[None]:
+    """Send what tasks report during a block to a function, also from processes of this machine."""
+    token = _reported.set(to)
+    try:
+        yield
+    finally:
+        _reported.reset(token)
+
+
+def report(part: str, done: int, total: int) -> None:
+    """Report how far a long part of a task is; nothing happens if nobody asks."""
+    if to := _reported.get(None):
+        to(part, done, total)
 
 
 def one_thread() -> threadpool_limits:

@@ -16,11 +16,20 @@ from typing import Any
 
 from grammarlab.errors import WorkerError
 from grammarlab.runs.work.task_answers import EndedError, answer, result_of
-from grammarlab.runs.work.workers import MAX_ATTEMPTS, UNGUARDED, exit_reason, is_unguarded, start_worker
+from grammarlab.runs.work.workers import (
+    MAX_ATTEMPTS,
+    UNGUARDED,
+    exit_reason,
+    is_unguarded,
+    report,
+    reporting,
+    start_worker,
+)
 
 GRACE_SECONDS = 2.0
 """Seconds for processes to clean up before they are killed."""
-_READY = b""
+_READY, _REPORT = b"", b"report "
+"""Messages of a process: that it waits for its first task, and, before a pickled report, how far its task is."""
 _MAX_NAME = 160
 """Largest number of characters of a task in a message."""
 
@@ -99,6 +108,9 @@ class Workforce:
             _send(worker, self._work)
             _send(worker, pickle.dumps(worker.job.task))
             return
+        if message.startswith(_REPORT):
+            report(*pickle.loads(message.removeprefix(_REPORT)))  # noqa: S301 - of a process that works for this one
+            return
         done = worker.job
         job = self._next()
         if job is None:
@@ -171,7 +183,11 @@ def _send(worker: _Worker, message: bytes) -> None:
 def _do_tasks(connection: Connection) -> None:
     """Main function of a process: run tasks until the connection is closed."""
     signal.signal(signal.SIGTERM, _tidy_up)
-    with suppress(EndedError, EOFError, OSError):
+
+    def send(part: str, done: int, total: int) -> None:
+        connection.send_bytes(_REPORT + pickle.dumps((part, done, total)))
+
+    with suppress(EndedError, EOFError, OSError), reporting(send):
         try:
             connection.send_bytes(_READY)
             work = connection.recv_bytes()

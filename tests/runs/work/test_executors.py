@@ -17,7 +17,7 @@ import pytest
 from grammarlab.errors import LanguageError, WorkerError
 from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor, Processes, Serial
-from grammarlab.runs.work.workers import MAX_ATTEMPTS, available_cores
+from grammarlab.runs.work.workers import MAX_ATTEMPTS, available_cores, reporting
 from tests.runs import tasks
 from tests.runs.processes import descendants, expect_gone
 from tests.waiting import PATIENCE
@@ -43,6 +43,16 @@ def test_every_result_comes_once_with_the_place_of_its_task(executor: AbstractEx
     found: list[tuple[int, int]] = []
     executor.run(tasks.square, [5, 5, -1], lambda index, result: found.append((index, result)))
     assert sorted(found) == [(0, 25), (1, 25), (2, 1)]
+
+
+@ANY
+def test_steps_of_a_task_are_reported_in_order_by_whoever_does_it(executor: AbstractExecutor):
+    heard: list[tuple[str, int, int]] = []
+    with reporting(lambda *step: heard.append(step)):
+        assert executor.results(tasks.in_steps, [7, 8]) == [7, 8]
+    assert sorted(heard) == [(f"steps of {number}", step, 3) for number in (7, 8) for step in (1, 2, 3)]
+    assert [step for part, step, _ in heard if part == "steps of 7"] == [1, 2, 3]
+    assert executor.results(tasks.in_steps, [7, 8]) == [7, 8]  # nobody asks
 
 
 @ANY
