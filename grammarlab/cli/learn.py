@@ -347,7 +347,8 @@ def _examples_as_json(result: ExamplesResult) -> dict[str, Any]:
 
 def _examples_as_lines(result: ExamplesResult) -> list[str]:
     held_out = result.held_out
-    moved = f"the original differs from what {result.num_examples:,} examples taught by"
+    examples = "1 example" if result.num_examples == 1 else f"{result.num_examples:,} examples"
+    moved = f"the original differs from what {examples} taught by"
     lines = [
         *_size(result.learned, result.file),
         f"{moved} {divergence_share(result.measured.before.js)}",

@@ -15,6 +15,17 @@ DIGITS = 12
 """Number of decimals of a probability; further decimals are rounding errors."""
 
 
+def learnable_step(num: int) -> float:
+    """Step of shares that are learned from a number of models: a tenth of a percent, smaller for many models.
+
+    Rounding then changes a share of a half by at most a tenth of its standard error.
+
+    >>> learnable_step(1), learnable_step(1_000_000)
+    (0.001, 0.0001)
+    """
+    return min(0.001, float(10.0 ** np.floor(np.log10(0.1 / np.sqrt(num)))))
+
+
 def rounded(probabilities: Sequence[float], step: float) -> list[float]:
     """Probabilities as multiples of a step; the largest one gets the rest to 1.
 

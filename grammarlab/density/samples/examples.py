@@ -26,6 +26,7 @@ from grammarlab.density.exact.automaton import InexactError
 from grammarlab.density.exact.contexts import Contexts, NoContext, ParentEdges
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.grammar_skeleton import TreeGrammar
+from grammarlab.density.rounding import learnable_step
 from grammarlab.density.samples.blocks import BlockFit, Gated, dependent_choices, fit_blocks, gated
 from grammarlab.density.samples.choices import Choices
 from grammarlab.density.samples.levels import Shrinkage
@@ -96,13 +97,15 @@ def learn_from_examples(
         # The smallest candidate: no choice depends on another one.
         fits.append(_fitted(plain, grammar, forest, mass, method, together=False))
     target = Target(grammar, (), lambda values: np.ones(len(values)), assets=assets)
+    of_examples = "1 example" if forest.num_models == 1 else f"{forest.num_models:,} examples"
+    step = learnable_step(forest.num_models)
     for fit in fits:
         findings = (
-            f"choices learned from {forest.num_models:,} examples: {fit.learned} of {fit.number}",
+            f"choices learned from {of_examples}: {fit.learned} of {fit.number}",
             f"components: {len(fit.mixture.weights)}",
             f"on average, an example is {np.exp(fit.mean_log_ratio):.3g} times as likely as before",
         )
-        learned = written(target, fit.choices, fit.mixture, method, 1.0, findings, header)
+        learned = written(target, fit.choices, fit.mixture, method, 1.0, findings, header, step)
         if method != "tied" or fit is fits[-1] or learned.rules_after <= _MAX_GROWTH * learned.rules_before:
             return learned
     raise AssertionError("there is always a last candidate")

@@ -31,6 +31,7 @@ from grammarlab.density.exact.grammar_text import Origin, write
 from grammarlab.density.exact.inside import InsideWeights
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.grammar_skeleton import TreeGrammar
+from grammarlab.density.rounding import EXACT
 from grammarlab.density.samples.choices import Choices, relevant_choices
 from grammarlab.density.samples.mixing import ContextNames, as_splitting
 from grammarlab.density.samples.mixture import (
@@ -215,10 +216,11 @@ def written(
     mean_preference: float,
     findings: Sequence[str],
     header: Sequence[str],
+    step: float = EXACT,
 ) -> LearnedGrammar:
-    """The grammar of a mixture."""
+    """The grammar of a mixture, with probabilities that are multiples of a step."""
     splitting = as_splitting(choices, mixture)
-    result = write(target.grammar, splitting, InsideWeights(splitting), header, ContextNames)
+    result = write(target.grammar, splitting, InsideWeights(splitting), header, ContextNames, step)
     return LearnedGrammar(
         text=result.text,
         original=target.grammar,

@@ -104,9 +104,10 @@ def learn_from_files(
     designs = learner.read(examples)
     if models:
         designs = learner.take(designs, _rows_of(models, learner.count(designs), examples))
+    num = learner.count(designs)
     lines = [
         origin_line(source.file, space.hashes[0]),
-        f"Examples {examples.name}: {learner.count(designs)} models",
+        f"Examples {examples.name}: {num} model{'s' if num > 1 else ''}",
         f"Method {method} from examples",
     ]
     with one_thread():

@@ -1,5 +1,7 @@
 """Learning from finished models."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,16 @@ def test_drawn_numbers_become_histograms():
     some = derive(grammar, 2_000, 4)
     wanted = compiled(grammar, score((90, "$height < 2"), (10, "$height >= 2")))
     assert jensen_shannon(learned.ratio(some), wanted.ratio(some)) < 0.005
+
+
+@pytest.mark.parametrize("method", ["tied", "parameters"])
+def test_learned_percentages_have_one_decimal_and_others_stay(method):
+    rules = "Lot --> A A A\nA --> 33% : Red 33% : Green else : Blue\nUnused --> 12.3456% : Red else : Blue"
+    learned = learn_from_examples(Grammar.parse(rules), derive(Grammar.parse(rules), 3, 1), method)
+    percentages = re.findall(r"([0-9.]+)%", learned.text)
+    assert percentages[-1] == "12.3456"
+    assert len(percentages) >= 3
+    assert all(len(number.partition(".")[2]) <= 1 for number in percentages[:-1])
 
 
 def test_weights_say_how_much_examples_count():
