@@ -9,10 +9,10 @@ from scipy import ndimage
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.facade.lattice import Lattice
-from grammarlab.synthesis.analysis.unit_names import NamedOpenings, names_of
-from grammarlab.synthesis.analysis.wall_elements import MIN_SIDE_M, WallElements, off_plane
+from grammarlab.synthesis.analysis.unit_names import NamedOpenings, may_be_doors, names_of
+from grammarlab.synthesis.analysis.wall_elements import MIN_SIDE_M, WallElements, off_plane, slack_of
 from grammarlab.synthesis.analysis.walls import Wall
-from grammarlab.synthesis.label_grid import LabelGrid
+from grammarlab.synthesis.label_grid import HOLE, LabelGrid
 
 _SIZE_TOLERANCE_M, _NOISE_FACTOR = 0.03, 4.0
 """Largest difference of elements of equal units, in metres, and as a multiple of the noise."""
@@ -23,6 +23,8 @@ _CELL_TOLERANCE = 0.35
 column; elements keep their size."""
 _DEPTH_TOLERANCE_M, _DEPTH_NOISE_FACTOR = 0.03, 5.0
 """Largest difference of depths of equal units, in metres, and as a multiple of the noise."""
+_MAX_REVEAL_M = 0.3
+"""Largest depth of the glass of a window behind the plane of its wall, metres: deeper ones are loggias."""
 _EDGE_NOISE_FACTOR = 4.0
 """Largest error of sides beyond one pixel, as a multiple of the noise."""
 _MAX_AREA_SHARE = 0.06
@@ -41,7 +43,7 @@ class _Cell:
     depth: Floats
     """[3, h, w] metres in front of the plane: at each pixel, and the least and the largest in its neighbourhood."""
     off: Flags
-    """[h, w] whether it is off the plane."""
+    """[h, w] whether it is off the plane, or in an element."""
     anchor: Ints
     """[2] row and column of the pixel in the centre of its elements."""
     step: float
@@ -51,7 +53,7 @@ class _Cell:
 def label_grid(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) -> LabelGrid:
     """The label of each cell, with names by appearance."""
     cells = _cells(wall, elements, columns, rows)
-    labels = np.zeros((len(rows), len(columns)), dtype=np.int64)
+    labels = np.full((len(rows), len(columns)), HOLE)
     # Inner cells come first: cells at an end are compared with them, since their own size is cut off by the wall.
     ends = [(row in (0, len(rows) - 1)) + (column in (0, len(columns) - 1)) for row, column in np.ndindex(labels.shape)]
     kinds = list[list[_Cell]]()
@@ -67,7 +69,9 @@ def label_grid(wall: Wall, elements: WallElements, columns: Lattice, rows: Latti
 
 
 def _joined(cell: _Cell, kinds: list[list[_Cell]], labels: Ints, noise: float, *, is_inner: bool) -> int:
-    """The kind of a cell; sizes that a person measured differ a little, so an inner cell between two kinds joins them.
+    """The kind of a cell, the most similar and frequent one of several.
+
+    Sizes that a person measured differ a little, so an inner cell between two kinds joins them.
 
     Args:
         cell: the cell.
@@ -76,18 +80,21 @@ def _joined(cell: _Cell, kinds: list[list[_Cell]], labels: Ints, noise: float, *
         noise: deviation of points, metres.
         is_inner: whether the cell is at no end of the wall.
     """
-    equal = [number for number, members in enumerate(kinds) if any(_equal(cell, other, noise) for other in members)]
+    shares = [min((_difference(cell, other, noise) for other in members), default=np.inf) for members in kinds]
+    equal = [number for number, share in enumerate(shares) if share <= _MAX_AREA_SHARE]
     if not equal:
         kinds.append([cell])
         return len(kinds) - 1
-    first, *others = equal
     if is_inner:
+        kind, *others = equal
         for number in others:
-            labels[labels == number] = first
-            kinds[first] += kinds[number]
+            labels[labels == number] = kind
+            kinds[kind] += kinds[number]
             kinds[number] = []
-    kinds[first] = [*kinds[first], cell][:_MOST_EXAMPLES]
-    return first
+    else:
+        kind = min(equal, key=lambda number: (shares[number], -int((labels == number).sum())))
+    kinds[kind] = [*kinds[kind], cell][:_MOST_EXAMPLES]
+    return kind
 
 
 def _sizes(cell: _Cell) -> Floats:
@@ -99,6 +106,16 @@ def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) 
     off, map_ = off_plane(wall), wall.map
     depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
     around = 1 + 2 * int(np.ceil(1.0 + (_SIZE_TOLERANCE_M + _EDGE_NOISE_FACTOR * wall.noise) / map_.step))
+    for low, high, is_door in zip(
+        elements.low,
+        elements.high,
+        may_be_doors(np.hstack([elements.low, elements.high]), float(wall.low[1])),
+        strict=True,
+    ):
+        box = map_.rows(low[1], high[1]), map_.columns(low[0], high[0])
+        off[box] = True
+        if not is_door:
+            depth[box] = _levelled(depth[box], slack_of(wall))
     depths = np.stack([depth, ndimage.minimum_filter(depth, around), ndimage.maximum_filter(depth, around)])
     # Noise can move an element beyond the line where it ends.
     inside = _EDGE_NOISE_FACTOR * wall.noise
@@ -122,19 +139,20 @@ def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) 
     return cells
 
 
-def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
+def _difference(a: _Cell, b: _Cell, noise: float) -> float:
+    """Share of two cells whose depths differ; infinite if their elements do."""
     if len(a.boxes) != len(b.boxes):
-        return False
+        return np.inf
     if not len(a.boxes) and not a.off.any() and not b.off.any():
-        return True  # a flat wall has any size
+        return 0.0  # a flat wall has any size
     if not len(a.boxes) and (np.abs(a.size - b.size) > _CELL_TOLERANCE * np.maximum(a.size, b.size)).any():
-        return False
+        return np.inf
     if len(a.boxes) and np.abs(_sizes(a) - _sizes(b)).max() > _SIZE_TOLERANCE_M + _NOISE_FACTOR * noise:
-        return False
+        return np.inf
     before = np.minimum(a.anchor, b.anchor)
     after = np.minimum(a.off.shape - a.anchor, b.off.shape - b.anchor)
     if (before + after <= 0).any():
-        return True
+        return 0.0
     slices_a, slices_b = (
         (slice(*ends) for ends in np.stack([cell.anchor - before, cell.anchor + after]).T) for cell in (a, b)
     )
@@ -146,7 +164,7 @@ def _equal(a: _Cell, b: _Cell, noise: float) -> bool:
     )
     differs = _without_details(differs, a.step)
     area = max(float((a.off[slices_a] | b.off[slices_b]).sum()), _MIN_AREA_M2 / a.step**2)
-    return float(differs.sum()) <= _MAX_AREA_SHARE * area
+    return float(differs.sum()) / area
 
 
 def _without_details(differs: Flags, step: float) -> Flags:
@@ -159,6 +177,18 @@ def _without_details(differs: Flags, step: float) -> Flags:
     joined = ndimage.binary_closing(np.pad(differs, pixels), structure=narrow)
     wide: Flags = ndimage.binary_opening(joined, structure=narrow).astype(np.bool_)
     return wide[pixels:-pixels, pixels:-pixels] & differs
+
+
+def _levelled(depth: Floats, slack: float) -> Floats:
+    """[h, w] depths in a window with its glass in the plane of the wall: how thick a wall is makes no other unit.
+
+    Args:
+        depth: [h, w] metres in front of the plane.
+        slack: largest distance from the plane of points in it, metres.
+    """
+    behind = depth <= slack
+    glass = float(np.median(depth[behind])) if behind.any() else 0.0
+    return np.where(behind, depth - glass, depth) if glass >= -_MAX_REVEAL_M else depth
 
 
 def _beyond(depth: Floats, reference: Floats, slack: float) -> Flags:

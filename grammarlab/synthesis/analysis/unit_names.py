@@ -59,6 +59,16 @@ def names_of(openings: NamedOpenings, counts: Sequence[int]) -> list[str]:
     ]
 
 
+def may_be_doors(boxes: Floats, ground: float) -> Flags:
+    """[E] whether elements are as high as a door and near the ground.
+
+    Args:
+        boxes: [E, 4] low and high corners, metres.
+        ground: lowest height of the wall, metres.
+    """
+    return (boxes[:, 3] - boxes[:, 1] >= _MIN_DOOR_HEIGHT_M) & (boxes[:, 1] - ground <= _MAX_FOOT_M)
+
+
 def _opening(openings: NamedOpenings, members: Flags) -> str:
     """The name of units of one element: members [E] are the elements of all these units."""
     if not members.any():

@@ -38,6 +38,8 @@ _MIN_VISIBLE_SHARE = 0.1
 """Least visible share of a patch: others are inside of the building or behind it."""
 _MIN_LOGGIA_M = 0.5
 """Least depth of a wall with openings behind an opening, metres; what is nearer is a frame."""
+_NOISE_FACTOR = 4.0
+"""Largest distance of the corners of an opening from its pixels, beyond one pixel, as a multiple of the noise."""
 _MIN_FILLED_SHARE = 0.5
 """Least share of its box that an opening fills; others are gaps between parts of a wall."""
 
@@ -135,7 +137,8 @@ def _holes(wall: Wall, corners: Floats) -> Iterator[Floats]:
     holes = filled[1:] & ~mask
     if not holes.any() or _is_frame(mask, map_.step):
         return
-    near = coordinates_of(corners[..., :2].reshape(-1, 2))
+    points = corners[..., :2].reshape(-1, 2)
+    points = points[np.argsort(points[:, 0], kind="stable")]
     labelled: Any = ndimage.label(holes)
     for number, extent in enumerate(ndimage.find_objects(*labelled), start=1):
         hole = labelled[0][extent] == number
@@ -143,10 +146,21 @@ def _holes(wall: Wall, corners: Floats) -> Iterator[Floats]:
             map_.low + (origin + np.array([end(extent[1]), end(extent[0])])) * map_.step
             for end in (lambda span: span.start, lambda span: span.stop)
         )
+        near = coordinates_of(_around(points, low, high, map_.step + _NOISE_FACTOR * wall.noise))
         low, high = (exact(side, near, map_.step, wall.noise) for side in (low, high))
         is_large = (high - low).min() >= MIN_SIDE_M and hole.sum() * map_.step**2 >= MIN_AREA_M2
         if is_large and hole.mean() >= _MIN_FILLED_SHARE and not is_too_long(low, high, wall):
             yield np.stack([low, high])
+
+
+def _around(points: Floats, low: Floats, high: Floats, reach: float) -> Floats:
+    """[P, 2] those of some points, in ascending order of x, that are in a box or near it: its own corners.
+
+    Other openings have corners of nearly the same height or position, which say nothing about this one.
+    """
+    first, last = np.searchsorted(points[:, 0], [low[0] - reach, high[0] + reach])
+    inside = points[first:last]
+    return inside[(inside[:, 1] >= low[1] - reach) & (inside[:, 1] <= high[1] + reach)]
 
 
 def _pixels(map_: DepthMap, corners: Floats) -> tuple[Flags, Ints]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import mapbox_earcut as earcut
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -180,3 +181,29 @@ def test_a_single_bar_makes_no_other_kind_and_a_railing_does(tmp_path: Path) -> 
     labels = drawing.analysed(tmp_path / "house.obj").main.grid.labels
     window = labels[0, 0]
     assert np.argwhere(labels != window).tolist() == [[1, 2]]
+
+
+def test_the_depth_of_glass_makes_no_other_kind_unless_it_is_a_loggia(tmp_path: Path) -> None:
+    boxes = [(x, y, x + 1.2, y + 1.5) for y in (1.0, 4.0, 7.0) for x in (1.0, 4.0, 7.0, 10.0)]
+    drawing = Drawing()
+    drawing.wall((0.0, 0.0, WIDTH, HEIGHT), 0.0, boxes)
+    drawing.around()
+    for box, depth in zip(boxes, [0.0, 0.1, 0.2, 0.25] * 2 + [0.05, 0.8, 0.15, 0.05], strict=True):
+        drawing.rectangle(box, -depth)
+    labels = drawing.analysed(tmp_path / "house.obj").main.grid.labels
+    assert np.argwhere(labels != labels[0, 0]).tolist() == [[2, 1]]
+
+
+def test_sides_of_an_opening_are_its_own_though_others_nearly_line_up(tmp_path: Path) -> None:
+    # Pixels of this wall are 2.4 cm wide, and the windows of each row 1.5 cm wider than those below.
+    boxes = [(x, y, x + 1.0 + 0.005 * y, y + 1.4) for y in (1.0, 4.0, 7.0) for x in (1.0, 4.0, 7.0, 10.0)]
+    drawing = Drawing()
+    rings = [[(x, y), (right, y), (right, top), (x, top)] for x, y, right, top in [(0.0, 0.0, WIDTH, HEIGHT), *boxes]]
+    corners = np.array(rings).reshape(-1, 2)
+    ends = 4 * np.arange(1, len(rings) + 1, dtype=np.uint32)
+    drawing.points = [(x, y, 0.0) for x, y in corners.tolist()]
+    drawing.faces = (earcut.triangulate_float64(corners, ends).reshape(-1, 3) + 1).tolist()
+    drawing.around()
+    for box in boxes:
+        drawing.rectangle(box, -0.1)
+    assert found(drawing.analysed(tmp_path / "house.obj")) == pytest.approx(in_order(boxes), abs=1e-4)
