@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.errors import FacadeError
 from grammarlab.synthesis.label_grid import LabelGrid, Labels
@@ -87,7 +88,7 @@ def least_energy(
         FacadeError: If no grid satisfies the constraints, or none was found.
     """
     problem = problem.within(demands.domain)
-    search = GridSearch(problem, demands, np.random.default_rng(seed), effort)
+    search = GridSearch(problem, demands, np.random.default_rng(seed), _dissimilarity(problem, examples), effort)
     bound, turned = _alone(problem, demands)
     for example in examples:
         if example.labels.shape == problem.kind.shape and (example.labels >= 0).all():
@@ -108,6 +109,20 @@ def least_energy(
             break
         search.settle(_scattered(search, examples[turn % len(examples)]))
     return Bounded(tuple(search.ranked()[:count]), bound)
+
+
+def _dissimilarity(problem: Problem, examples: Sequence[LabelGrid]) -> NDArray[np.float64]:
+    """[rows, columns, labels] share of the examples, stretched over the grid, that have another label there."""
+    rows, columns, labels = problem.domain.shape
+    dissimilarity = np.ones((rows, columns, labels))
+    for example in examples:
+        across, up = (
+            np.round(np.linspace(0, size - 1, num)).astype(np.int64)
+            for size, num in ((example.columns, columns), (example.rows, rows))
+        )
+        row, column = np.indices((rows, columns))
+        dissimilarity[row, column, _whole(example)[np.ix_(up, across)]] -= 1.0 / len(examples)
+    return dissimilarity
 
 
 def suits(problem: Problem) -> bool:

@@ -26,7 +26,9 @@ _MIN_PASSES = 2
 _TRACKED_LIMIT = 4
 """Largest counts below this number are tracked during the choice of lines; others are not."""
 _NOISE_SUM = 0.25
-"""Sum of the noise added to the energy, over a grid, to choose among grids of equal energy."""
+"""Largest sum of what is added to the energy, over a grid, to choose among grids of equal energy."""
+_RANDOM_PART = 0.02
+"""Random part of it, which decides among grids of equal proportions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +48,9 @@ class GridSearch:
     problem: Problem
     demands: LabelDemands
     generator: np.random.Generator
+    dissimilarity: NDArray[np.float64]
+    """[rows, columns, labels] from 0 to 1, how unlike the stretched example a label is there: of equal grids
+    the search prefers those of the example's proportions."""
     effort: float = 1.0
     """Factor on the usual amount of work."""
     spent: float = 0.0
@@ -59,15 +64,17 @@ class GridSearch:
         shape = self.problem.domain.shape
         once = self.problem.rows * self.rows.work + self.problem.columns * self.columns.work
         self.budget = max(_MAX_ADDITIONS, _MIN_PASSES * once) * self.effort
-        self.noise = self.generator.random(shape) * (_NOISE_SUM / (shape[0] * shape[1]))
+        chance = _RANDOM_PART * self.generator.random(shape)
+        self.noise = ((1.0 - _RANDOM_PART) * self.dissimilarity + chance) * (_NOISE_SUM / (shape[0] * shape[1]))
 
     @property
     def best(self) -> int | None:
         return min((value for value, _ in self.solutions.values()), default=None)
 
     def ranked(self) -> list[tuple[int, Labels]]:
-        """Energies and labels, best first."""
-        return sorted(self.solutions.values(), key=lambda solution: solution[0])
+        """Energies and labels, best first; of equal ones, those of the example's proportions."""
+        cells = np.indices(self.problem.kind.shape)
+        return sorted(self.solutions.values(), key=lambda grid: (grid[0], float(self.noise[*cells, grid[1]].sum())))
 
     def settle(self, labels: Labels) -> Labels:
         """A grid that satisfies the constraints, and that no change of one row or one column improves."""

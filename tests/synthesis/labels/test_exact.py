@@ -115,12 +115,14 @@ def test_ground_floor_corners_and_door_stay() -> None:
             assert (new[1:-1, 0] == grid.label("quoin")).all()
 
 
-def test_seeds_choose_among_grids_of_equal_energy() -> None:
-    found = [synthesize([checker(4, 4)], 5, 6, seed=seed)[0] for seed in range(6)]
-    assert len({each.energy for each in found}) == 1
-    assert len({each.grid.labels.tobytes() for each in found}) > 1
-    again = synthesize([checker(4, 4)], 5, 6, seed=3)[0]
-    assert np.array_equal(again.grid.labels, found[3].grid.labels)
+def test_an_axis_stays_in_the_middle_and_seeds_choose_among_equal_grids() -> None:
+    example = LabelGrid.from_labels([[0, 0, 0, 0, 1, 0, 0, 0, 0]] * 4)
+    for columns in (11, 13, 15, 17):
+        made = synthesize([example], 4, columns, seed=columns)[0]
+        assert (made.energy, made.proven) == (0, True)
+        assert np.argwhere(made.grid.labels == 1)[:, 1].tolist() == [columns // 2] * 4
+    even = [synthesize([example], 4, 14, seed=seed)[0].grid.labels for seed in range(8)]
+    assert {int(np.argwhere(labels == 1)[0, 1]) for labels in even} == {6, 7}
 
 
 def test_results_are_different_and_best_first() -> None:
