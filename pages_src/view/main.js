@@ -59,13 +59,14 @@ function build(runs) {
     { type: "button", class: "gl-button", title: "Turn the models, or stop (T)", onclick: () => setTurning(!turning) },
     "Turn",
   );
+  const names = runs.map(({ name }) => name).join(" and ");
   const page = element(
     "div",
     { class: "gl-page vi-page" },
     element(
       "header",
       { class: "gl-header" },
-      element("h1", { class: "gl-name" }, runs.map(({ name }) => name).join(" and ")),
+      element("h1", { class: "gl-name", title: names }, names),
       element("span", { class: "gl-space" }),
       element(
         "div",

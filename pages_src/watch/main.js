@@ -213,7 +213,9 @@ function build(root, channel, first) {
           ? `${errors} ${errors === 1 ? "error" : "errors"}`
           : `${state.shapes.toLocaleString()} shapes`;
       mistakes.replaceChildren(...state.mistakes.map(mistakeLine));
+      for (const mark of mistakes.querySelectorAll("i")) showInLine(mark);
       root.classList.toggle("wa-stale", errors > 0);
+      root.classList.toggle("wa-empty", !state.version && !state.busy);
       for (const [input, value] of /** @type {const} */ ([
         [seed, state.seed],
         [model, state.model],
@@ -243,14 +245,20 @@ function build(root, channel, first) {
 /** An error at its line, with a mark below its place. @param {Mistake} mistake */
 function mistakeLine({ severity, message, hint, line, column, code }) {
   const place = line ? `line ${line}, column ${column}: ` : "";
-  const shown = `${code}\n${" ".repeat(Math.max(column - 1, 0))}^`;
+  const shown = [`${code}\n${" ".repeat(Math.max(column - 1, 0))}`, element("i", {}, "^")];
   return element(
     "div",
     { class: `wa-mistake wa-${severity}` },
     element("b", {}, `${place}${message}`),
-    code ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, shown) : null,
+    code ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, ...shown) : null,
     hint ? element("small", {}, hint) : null,
   );
+}
+
+/** Scrolls a long line until the mark below the mistake is in its middle. @param {HTMLElement} mark */
+function showInLine(mark) {
+  const line = mark.parentElement;
+  if (line) line.scrollLeft = mark.offsetLeft - line.clientWidth / 2;
 }
 
 /** @param {string} label @param {(value: number) => void} given */

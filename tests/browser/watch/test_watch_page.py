@@ -16,12 +16,14 @@ from tests.pages.watch.test_watcher import RULES
 
 def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_path: Path):
     file = tmp_path / "house.cga"
-    file.write_text(RULES)
+    file.write_text("Lot --> extrude(3")
     thread = PageThread(Watcher(str(file)), PAGE)
     try:
         page = windows(thread.address, size=(760, 520))
         canvas = page.locator("canvas")
         status = page.get_by_role("status").filter(has_text="shapes")
+        _expect_mistake_alone(page)
+        file.write_text(RULES)
         expect(canvas).to_have_attribute("data-version", "1")
         expect(status).to_have_text("6 shapes")
         before = canvas.screenshot()
@@ -40,6 +42,8 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         mistake = page.get_by_role("alert").filter(has_text="line 8, column 17")
         expect(mistake).to_contain_text("Lot --> extrude(heigth)")
         expect_accessible(page)
+        file.write_text(RULES.replace("extrude(height)", f"{' ' * 200}extrude(heigth)"))
+        _expect_mark_in_view(page)
         file.write_text(RULES.replace("= 12", "= 25"))
         expect(mistake).to_have_count(0)
         expect(status).to_have_text("6 shapes")
@@ -60,9 +64,7 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         expect(page.get_by_role("spinbutton", name="Seed")).to_have_value("0")
         expect(status).to_have_text("6 shapes")
         assert canvas.screenshot() != before
-        page.set_viewport_size({"width": 400, "height": 700})
-        assert page.evaluate("document.documentElement.scrollWidth") <= 400
-        expect_accessible(page)
+        _expect_room_on_a_phone(page)
     finally:
         thread.close()
 
@@ -74,3 +76,25 @@ def _expect_tree_beside(page: Page) -> None:
     row.focus()
     page.keyboard.press("ArrowUp")
     expect(row).not_to_contain_text("Wall")
+
+
+def _expect_mistake_alone(page: Page) -> None:
+    """Before the first model there are no parts to choose from."""
+    expect(page.get_by_role("alert").filter(has_text="line 1, column 16")).to_have_count(1)
+    expect(page.get_by_role("region", name="Tree")).to_have_count(0)
+    expect_accessible(page)
+
+
+def _expect_mark_in_view(page: Page) -> None:
+    """A line that is longer than the window is scrolled to the mark below the mistake."""
+    expect(page.get_by_role("alert").filter(has_text="line 8, column 217")).to_have_count(1)
+    line, mark = (page.locator(f".wa-mistake {name}").bounding_box() for name in ("pre", "i"))
+    assert line is not None
+    assert mark is not None
+    assert line["x"] < mark["x"] < line["x"] + line["width"] - mark["width"]
+
+
+def _expect_room_on_a_phone(page: Page) -> None:
+    page.set_viewport_size({"width": 400, "height": 700})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 400
+    expect_accessible(page)

@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source caa1183e39e1259c */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source e5451b9e44a83f31 */
 
 // shared/ahead.js
 var Ahead = class {

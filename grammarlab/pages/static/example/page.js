@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source 8b16fd930acc88ec */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source a7ff6a5e82a59311 */
 
 // shared/ahead.js
 var Ahead = class {

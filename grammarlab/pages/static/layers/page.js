@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 47daef47c15a27bd */
+/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 43b240d02fef62f6 */
 
 // shared/ahead.js
 var Ahead = class {

@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 574ffa579ceea0ed */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 1b5a4646cc3b1480 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

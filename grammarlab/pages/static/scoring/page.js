@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 6d85e4277ff63b62 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 0d6d401b39dae800 */
 
 // shared/ahead.js
 var Ahead = class {

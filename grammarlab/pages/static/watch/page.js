@@ -1,4 +1,4 @@
-/* Built from shared, watch by pages_src/bundle.js; do not edit. Source 572aae4d6ce9868c */
+/* Built from shared, watch by pages_src/bundle.js; do not edit. Source 2b952d0fff5fec33 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -906,7 +906,9 @@ function build(root, channel, first) {
       status.dataset.state = state.busy || errors ? "saving" : "saved";
       status.textContent = state.busy ? "making…" : errors ? `${errors} ${errors === 1 ? "error" : "errors"}` : `${state.shapes.toLocaleString()} shapes`;
       mistakes.replaceChildren(...state.mistakes.map(mistakeLine));
+      for (const mark of mistakes.querySelectorAll("i")) showInLine(mark);
       root.classList.toggle("wa-stale", errors > 0);
+      root.classList.toggle("wa-empty", !state.version && !state.busy);
       for (
         const [input, value] of
         /** @type {const} */
@@ -938,15 +940,19 @@ function build(root, channel, first) {
 }
 function mistakeLine({ severity, message, hint, line, column, code }) {
   const place = line ? `line ${line}, column ${column}: ` : "";
-  const shown = `${code}
-${" ".repeat(Math.max(column - 1, 0))}^`;
+  const shown = [`${code}
+${" ".repeat(Math.max(column - 1, 0))}`, element("i", {}, "^")];
   return element(
     "div",
     { class: `wa-mistake wa-${severity}` },
     element("b", {}, `${place}${message}`),
-    code ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, shown) : null,
+    code ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, ...shown) : null,
     hint ? element("small", {}, hint) : null
   );
+}
+function showInLine(mark) {
+  const line = mark.parentElement;
+  if (line) line.scrollLeft = mark.offsetLeft - line.clientWidth / 2;
 }
 function number(label, given) {
   const input = element("input", {
