@@ -24,6 +24,9 @@ _WORD = 8
 _HASH_SHIFTS = np.uint64(30), np.uint64(27)
 _FEW_ROWS = 40
 """Number of rows up to which a dictionary of their bytes is faster than columns of hashes."""
+_FEW_HASHES = 4000
+"""Number of hashes up to which sorting them is as fast as writing them to the places of a table; of many, it takes six
+times as long."""
 _MOST_PLACES = 8
 """Largest ratio of possible to given values for which marking flags is faster than sorting."""
 
@@ -35,8 +38,17 @@ def offsets_from_counts(counts: NDArray[np.integer]) -> Ints:
     [0, 2, 2, 5]
     """
     offsets = np.zeros(len(counts) + 1, dtype=np.int64)
-    np.cumsum(counts, out=offsets[1:])
+    counts.cumsum(out=offsets[1:])
     return offsets
+
+
+def row_lengths(offsets: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Length of each row [N] of a ragged list from its offsets [N + 1].
+
+    >>> row_lengths(np.array([0, 2, 2, 5])).tolist()
+    [2, 0, 3]
+    """
+    return offsets[1:] - offsets[:-1]
 
 
 def row_of_value(counts: NDArray[np.integer]) -> Ints:
@@ -45,7 +57,7 @@ def row_of_value(counts: NDArray[np.integer]) -> Ints:
     >>> row_of_value(np.array([2, 0, 3])).tolist()
     [0, 0, 2, 2, 2]
     """
-    return np.repeat(np.arange(len(counts), dtype=np.int64), counts)
+    return np.arange(len(counts), dtype=np.int64).repeat(counts)
 
 
 def rows_of_groups(group: NDArray[np.integer], num: int) -> list[Ints]:
@@ -64,8 +76,9 @@ def index_in_row(counts: NDArray[np.integer]) -> Ints:
     >>> index_in_row(np.array([2, 0, 3])).tolist()
     [0, 1, 0, 1, 2]
     """
-    starts = np.cumsum(counts) - counts
-    return np.arange(int(np.sum(counts)), dtype=np.int64) - np.repeat(starts, counts)
+    index = (counts - counts.cumsum()).repeat(counts).astype(np.int64, copy=False)
+    index += np.arange(len(index))
+    return index
 
 
 def take_rows(offsets: NDArray[np.integer], rows: NDArray[np.integer]) -> tuple[Ints, Ints]:
@@ -82,10 +95,12 @@ def take_rows(offsets: NDArray[np.integer], rows: NDArray[np.integer]) -> tuple[
     >>> where.tolist(), offsets.tolist()
     ([2, 3, 4, 0, 1], [0, 3, 5])
     """
-    starts = offsets[rows]
-    counts = offsets[np.asarray(rows) + 1] - starts
-    where = np.repeat(starts, counts) + index_in_row(counts)
-    return where.astype(np.int64, copy=False), offsets_from_counts(counts)
+    starts = offsets.take(rows)
+    counts = offsets[1:].take(rows) - starts
+    ends = offsets_from_counts(counts)
+    where = (starts - ends[:-1]).repeat(counts)
+    where += np.arange(len(where))
+    return where, ends
 
 
 def distinct(values: NDArray[np.integer], limit: int) -> Ints:
@@ -108,9 +123,11 @@ def ranked(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints]:
     >>> different.tolist(), rank.tolist()
     ([1, 4], [1, 0, 1])
     """
+    if limit > max(_FEW_HASHES, _MOST_PLACES * len(values)):
+        return np.unique(values, return_inverse=True)
     present = np.zeros(limit, dtype=bool)
     present[values] = True
-    return np.flatnonzero(present), (np.cumsum(present) - 1).take(values)
+    return np.flatnonzero(present), (present.cumsum() - 1).take(values)
 
 
 def distinct_counts(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints]:
@@ -167,14 +184,52 @@ def distinct_rows(*columns: NDArray) -> tuple[Ints, Ints]:
     for table in tables:
         for values in hashed(table).T:
             key = hashed(key + values)
-    _, first, number = np.unique(key, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[order] = np.arange(len(first))
-    first, number = first[order], rank[number]
-    leader = first[number]
+    first, number = distinct_hashes(key)
+    if len(first) == num:
+        return first, number
+    leader = first.take(number)
     # Two rows with one hash are possible in principle: then all rows count as different.
-    return (first, number) if all(same_bits(table, table[leader]) for table in tables) else (every, every)
+    return (first, number) if all(same_bits(table, table.take(leader, axis=0)) for table in tables) else (every, every)
+
+
+def distinct_hashes(keys: NDArray[np.uint64]) -> tuple[Ints, Ints]:
+    """Different values of a column of hashes: index [K] of the first of each, ascending, and number [N] of each.
+
+    >>> first, number = distinct_hashes(hashed(np.array([7, 5, 7])))
+    >>> first.tolist(), number.tolist()
+    ([0, 1], [0, 1, 0])
+    """
+    leader = _first_of_equal(keys)
+    is_first = leader == np.arange(len(keys))
+    return np.flatnonzero(is_first), (np.cumsum(is_first) - 1).take(leader)
+
+
+def distinct_pairs(one: NDArray[np.integer], other: NDArray[np.integer], limit: int) -> tuple[Ints, Ints, Ints]:
+    """Different pairs of columns of integers, the second in 0 <= value < limit: both [K], and the number [N] of each.
+
+    >>> [column.tolist() for column in distinct_pairs(np.array([3, 2, 3]), np.array([1, 0, 1]), 2)]
+    [[3, 2], [1, 0], [0, 1, 0]]
+    """
+    first, number = distinct_hashes(hashed(one.astype(np.int64) * limit + other))
+    return one.take(first), other.take(first), number
+
+
+def _first_of_equal(keys: NDArray[np.uint64]) -> Ints:
+    """[N] index of the first of the hashes that equal each."""
+    num = len(keys)
+    if num <= _FEW_HASHES:
+        _, first, number = np.unique(keys, return_index=True, return_inverse=True)
+        return first.take(number)
+    bits = num.bit_length() + 1
+    place = (keys >> np.uint64(64 - bits)).astype(np.int64)
+    first = np.empty(1 << bits, dtype=np.int64)
+    # Written in reverse order, so that the first one of a place is kept.
+    first[place[::-1]] = np.arange(num - 1, -1, -1)
+    leader = first.take(place)
+    other = np.flatnonzero(keys.take(leader) != keys)
+    if len(other):
+        leader[other] = other.take(_first_of_equal(hashed(keys.take(other))))
+    return leader
 
 
 def _row_bytes(column: NDArray) -> list[bytes]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import distinct
+from grammarlab.arrays import distinct, ranked
 
 CHANNELS = {
     "color.r": 1.0,
@@ -125,7 +125,7 @@ class MaterialTable:
         """Materials [N] changed by ``changes`` of their codes [N], which is called once for each different code."""
         changes_by_code: dict[int, Mapping[str, float | str]] = {}
         base = int(codes.max(initial=0)) + 1
-        pairs, inverse = np.unique(materials.astype(np.int64) * base + codes, return_inverse=True)
+        pairs, inverse = ranked(materials.astype(np.int64) * base + codes, len(self._rows) * base)
         ids = []
         for pair in pairs.tolist():
             material, code = divmod(pair, base)
@@ -153,7 +153,7 @@ class MaterialTable:
             materials: [N] ids before.
             of_asset: all channels of each material of the asset; None for faces that keep the material of the shape.
         """
-        used, inverse = np.unique(materials, return_inverse=True)
+        used, inverse = ranked(materials, len(self._rows))
         ids = []
         for material in used.tolist():
             members = [material if channels is None else self._intern(0, channels) for channels in of_asset]

@@ -356,7 +356,8 @@ def reverse_normals(call: BoundCall) -> Shapes:
     """``reverseNormals()``: the same faces with reversed orientation."""
     table, mesh = call.workspace.meshes, call.shapes.mesh.copy()
     for kind in range(BOX, FACE + 1):
-        mesh[call.shapes.mesh == kind] = table.named(f"reversed:{kind}", table.take(np.array([kind])).reversed())
+        turned = table.take(np.array([kind])).reversed
+        mesh[call.shapes.mesh == kind] = table.named(f"reversed:{kind}", turned)
     rows = np.flatnonzero((call.shapes.mesh > FACE) | (call.shapes.mesh < 0))
     if len(rows):
         different, number = different_ids(mesh[rows])

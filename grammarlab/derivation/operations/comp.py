@@ -20,9 +20,12 @@ from grammarlab.arrays import (
     Floats,
     distinct_counts,
     distinct_lists,
+    distinct_pairs,
     offsets_from_counts,
     ranked,
+    row_lengths,
     row_of_value,
+    same_bits,
     take_rows,
 )
 from grammarlab.derivation.calls.calls import BlockOperation, BoundCall, BoundPart, Head, selected
@@ -187,7 +190,7 @@ class _MeshComponents(AbstractComponents):
         self._components = _MAKERS[kind](self._meshes)
         counts = np.bincount(self._components.mesh, minlength=len(self._meshes))
         self._source, offsets = take_rows(offsets_from_counts(counts), self._number)
-        self.row, self.index = row_of_value(np.diff(offsets)), self._components.index.take(self._source)
+        self.row, self.index = row_of_value(row_lengths(offsets)), self._components.index.take(self._source)
 
     def picked(self, selector: str) -> Flags:
         frames, shapes = self._call.workspace.frames, self._shapes
@@ -229,11 +232,11 @@ class _MeshComponents(AbstractComponents):
         starts = offsets_from_counts(counts)
         alike, number = distinct_lists(source, counts)
         joined_rows, offsets = take_rows(starts, alike)
-        components, first = self._joined(source[joined_rows], np.diff(offsets), join)
+        components, first = self._joined(source[joined_rows], row_lengths(offsets), join)
         owner = np.searchsorted(offsets, first, side="right") - 1
         num_sets = np.bincount(owner, minlength=len(alike))
         which, of_row = take_rows(offsets_from_counts(num_sets), number)
-        owners = row_of_value(np.diff(of_row))
+        owners = row_of_value(row_lengths(of_row))
         first_chosen = starts[owners] + (first - offsets[owner])[which]
         return self._placed(components, which, rows[owners], first_chosen, aligned)
 
@@ -264,16 +267,25 @@ class _MeshComponents(AbstractComponents):
         shapes, workspace = self._shapes, self._call.workspace
         frames = workspace.frames
         components = components if aligned else unaligned(components)
-        position, frame = shapes.position.take(row, axis=0), shapes.frame.take(row)
+        corner = shapes.position.take(row, axis=0)
         unit, _, _ = normalized(components.shapes)
+        # Of many shapes few have different axes.
+        frame, which, pair = distinct_pairs(shapes.frame.take(row), number, max(1, len(components)))
+        position = frames.to_world(frame, components.origin.take(which, axis=0)).take(pair, axis=0)
+        position += corner
+        if same_bits(components.pivot, components.origin):
+            pivot = position
+        else:
+            pivot = frames.to_world(frame, components.pivot.take(which, axis=0)).take(pair, axis=0)
+            pivot += corner
         return ComponentShapes(
             row=row,
-            position=position + frames.to_world(frame, components.origin.take(number, axis=0)),
+            position=position,
             size=components.size.take(number, axis=0),
-            frame=frames.rotated_alike(frame, components.rotation, number),
+            frame=frames.rotated_alike(frame, components.rotation, which).take(pair),
             mesh=add_faces(workspace.meshes, unit).take(number),
             first=first,
-            pivot=position + frames.to_world(frame, components.pivot.take(number, axis=0)),
+            pivot=pivot,
         )
 
 

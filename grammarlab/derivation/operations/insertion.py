@@ -18,6 +18,7 @@ from grammarlab.derivation.state.mesh_table import mirrored, upright
 from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Ids, Shapes
 from grammarlab.derivation.state.trim_planes import trim
 from grammarlab.geometry.meshes import primitives
+from grammarlab.geometry.meshes.mesh import Meshes
 
 _INSERT_WORDS = frozenset(
     {"yUp", "zUp", "alignSizeAndPosition", "keepSizeAndPosition", "keepSizeAlignPosition"}
@@ -91,7 +92,7 @@ def asset_mesh(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
         return BOX, np.ones(3), np.zeros(3)
     if name in primitives.BUILTIN_ASSETS:
         size = primitives.natural_size(name.removeprefix("builtin:"))
-        return table.named(name, primitives.builtin_asset(name)), size, np.zeros(3)
+        return table.named(name, partial(primitives.builtin_asset, name)), size, np.zeros(3)
     if path.startswith("builtin:"):
         valid_names = ", ".join(primitives.BUILTIN_ASSETS)
         call.warn(f'unknown built-in mesh "{path}"; a box stands in its place', f"expected one of {valid_names}")
@@ -99,7 +100,7 @@ def asset_mesh(call: BoundCall, path: str) -> tuple[int, Floats, Floats]:
     asset = call.workspace.asset(name, call.location)
     if asset is None:
         return BOX, np.ones(3), np.zeros(3)
-    return table.named(name, asset.meshes), asset.size, asset.low
+    return table.named(name, lambda: asset.meshes), asset.size, asset.low
 
 
 def painted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
@@ -130,10 +131,14 @@ def _stood_up(call: BoundCall, mesh: int, asset_size: Floats, low: Floats) -> tu
     if mesh == BOX:
         return mesh, size, corner
     table = call.workspace.meshes
-    unit = table.take(np.array([mesh]))
-    x, y, z = unit.points.T
-    flipped = np.where(asset_size[1] > 0.0, 1.0 - y, 0.0)
-    return table.named(f"zUp:{mesh}", unit.with_points(np.stack((x, z, flipped), axis=1), turn=_STAND_UP)), size, corner
+
+    def stood_up() -> Meshes:
+        unit = table.take(np.array([mesh]))
+        x, y, z = unit.points.T
+        flipped = np.where(asset_size[1] > 0.0, 1.0 - y, 0.0)
+        return unit.with_points(np.stack((x, z, flipped), axis=1), turn=_STAND_UP)
+
+    return table.named(f"zUp:{mesh}", stood_up), size, corner
 
 
 def fitted(shapes: Shapes, mesh: int, asset_size: Floats, low: Floats, call: BoundCall) -> Shapes:
@@ -214,7 +219,7 @@ def _of_counts(call: BoundCall, measure: Callable[..., Floats], counts: list[flo
 
 def _named(call: BoundCall, name: str, counts: tuple[int, ...]) -> int:
     full = ":".join(["primitive", name, *map(str, counts)])
-    return call.workspace.meshes.named(full, _MAKERS[name](*counts))
+    return call.workspace.meshes.named(full, partial(_MAKERS[name], *counts))
 
 
 def _extent(name: str, dimensions: list[float | Floats], count: int) -> Floats:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints, distinct, ranked
+from grammarlab.arrays import Floats, Ints, distinct, distinct_hashes, ranked, row_lengths
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.box_orders import BoxOrders
 from grammarlab.derivation.state.shapes import EMPTY, FACE, FOOTPRINT, Ids, Shapes
@@ -52,21 +53,22 @@ class MeshTable:
     def add(self, meshes: Meshes) -> Ids:
         """Ids [N] of meshes whose points lie in the unit cube; a mesh without faces is `EMPTY`."""
         ids = np.full(len(meshes), EMPTY, dtype=np.int32)
-        rows = np.flatnonzero(np.diff(meshes.mesh_faces) > 0)
+        rows = np.flatnonzero(row_lengths(meshes.mesh_faces) > 0)
         if len(rows):
             ids[rows] = self._interned(meshes if len(rows) == len(meshes) else meshes.take(rows))
         return ids
 
     def _interned(self, meshes: Meshes) -> Ids:
         """Ids [N] of meshes with faces: those of equal meshes, or new ones."""
-        keys, first, number = np.unique(meshes.fingerprints(), return_index=True, return_inverse=True)
+        fingerprints = meshes.fingerprints()
+        first, number = distinct_hashes(fingerprints)
+        keys = fingerprints.take(first)
         stored = np.array([self._by_fingerprint.get(key, -1) for key in keys.tolist()], dtype=np.int32)
         if not self._are_equal(meshes, first, number, stored):
             # Two meshes with one fingerprint are possible in principle: then none counts as equal to another.
             return self._appended(meshes)
         new = np.flatnonzero(stored < 0)
         if len(new):
-            new = new[np.argsort(first[new])]
             stored[new] = self._appended(meshes if len(new) == len(meshes) else meshes.take(first[new]))
             self._by_fingerprint.update(zip(keys[new].tolist(), stored[new].tolist(), strict=True))
         return stored[number]
@@ -91,11 +93,11 @@ class MeshTable:
         self._starts.append(start)
         return ids
 
-    def named(self, name: str, mesh: Meshes) -> int:
-        """The id of one shared mesh in the unit cube, added when the name is new, whatever other meshes equal it."""
+    def named(self, name: str, make: Callable[[], Meshes]) -> int:
+        """The id of one shared mesh in the unit cube, made when the name is new, whatever other meshes equal it."""
         index = self._named.get(name)
         if index is None:
-            index = self._named[name] = int(self._appended(mesh)[0])
+            index = self._named[name] = int(self._appended(make())[0])
         return index
 
     def mirrored(self, ids: NDArray[np.integer], axis: int) -> Ids:
@@ -148,7 +150,9 @@ class MeshTable:
     def _with_boxes(self, ids: NDArray[np.integer]) -> NDArray[np.integer]:
         """Ids [N] in which boxes with orders of their own are stored meshes."""
         different, inverse = different_ids(ids)
-        stored = [id_ if id_ >= 0 else self.named(f"box:{-id_}", self.boxes.mesh(-id_)) for id_ in different.tolist()]
+        stored = [
+            id_ if id_ >= 0 else self.named(f"box:{-id_}", partial(self.boxes.mesh, -id_)) for id_ in different.tolist()
+        ]
         return np.array(stored)[inverse]
 
     def _from_batch(self, batch: int, ids: NDArray[np.integer]) -> Meshes:
@@ -170,7 +174,7 @@ def _predefined() -> Meshes:
 
 def scaled(meshes: Meshes, size: Floats) -> Meshes:
     """Meshes with the points of each multiplied by its size [N, 3]."""
-    points = meshes.points * np.repeat(size, np.diff(meshes.mesh_points), axis=0)
+    points = meshes.points * np.repeat(size, row_lengths(meshes.mesh_points), axis=0)
     return meshes.with_points(points, stretch=np.where(size == 0.0, 1.0, size))
 
 
@@ -243,8 +247,8 @@ def replaced(shapes: Shapes, meshes: Meshes, number: NDArray[np.int64], table: M
 
 def add_faces(table: MeshTable, meshes: Meshes) -> Ids:
     """Ids [N] of meshes in the unit cube; single untagged rectangles that fill it are `FACE` or `FOOTPRINT`."""
-    points_per_mesh = np.diff(meshes.mesh_points)
-    single = (points_per_mesh == 4) & (np.diff(meshes.mesh_faces) == 1)
+    points_per_mesh = row_lengths(meshes.mesh_points)
+    single = (points_per_mesh == 4) & (row_lengths(meshes.mesh_faces) == 1)
     candidates = np.flatnonzero(single)
     first = meshes.mesh_points[:-1][candidates]
     corner = meshes.face_offsets[meshes.mesh_faces[:-1][candidates]]
@@ -266,7 +270,7 @@ def normalized(meshes: Meshes) -> tuple[Meshes, Floats, Floats]:
     """Meshes moved and scaled into the unit cube, and their previous low corners and sizes [N, 3]."""
     low, high = meshes.bounds()
     size = high - low
-    counts = np.diff(meshes.mesh_points)
+    counts = row_lengths(meshes.mesh_points)
     inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
     points = (meshes.points - np.repeat(low, counts, axis=0)) * np.repeat(inverse, counts, axis=0)
     return meshes.with_points(points, stretch=np.where(size > 0.0, inverse, 1.0)), low, size

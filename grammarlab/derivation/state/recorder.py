@@ -169,22 +169,11 @@ class Recorder:
 
     def leaves(self, meshes: MeshTable, frames: FrameTable) -> Leaves:
         """All leaves that have geometry, in scopes of positive height; boxes share one mesh for all orders of faces."""
-        self._leaves = [right_handed(shapes, meshes, frames) for shapes in self._leaves]
+        self._leaves = [_with_geometry(right_handed(shapes, meshes, frames)) for shapes in self._leaves]
         whole = _leaves(self._leaves)
         if whole.size[:, 1].min(initial=0.0) < 0.0:
-            whole = _leaves([upright(shapes, meshes, frames) for shapes in self._leaves])
-        visible = whole.mesh != EMPTY
-        if visible.all():
-            return whole
-        return Leaves(
-            node=whole.node[visible],
-            position=whole.position[visible],
-            size=whole.size[visible],
-            frame=whole.frame[visible],
-            mesh=whole.mesh[visible],
-            material=whole.material[visible],
-            texture_map=whole.texture_map[visible],
-        )
+            return _leaves([upright(shapes, meshes, frames) for shapes in self._leaves])
+        return whole
 
     def draws(self) -> Draws:
         """All draws."""
@@ -227,13 +216,19 @@ def _leaves(chunks: Sequence[Shapes]) -> Leaves:
         frame=_joined([shapes.frame for shapes in chunks], np.int32),
         mesh=kinds(_joined([shapes.mesh for shapes in chunks], np.int32)),
         material=_joined([shapes.material for shapes in chunks], np.int32),
-        texture_map=_joined([_texture_map(shapes) for shapes in chunks], np.int32),
+        texture_map=_filled([_texture_map(shapes) for shapes in chunks], [shapes.num for shapes in chunks], NONE),
     )
 
 
-def _texture_map(shapes: Shapes) -> Ids:
-    """[N] the maps of the first uv set, that of the colour map."""
-    return map_ids(shapes, 0) if map_name(0) in shapes.state else np.full(shapes.num, NONE, dtype=np.int32)
+def _texture_map(shapes: Shapes) -> Ids | None:
+    """[N] the maps of the first uv set, that of the colour map; None without any."""
+    return map_ids(shapes, 0) if map_name(0) in shapes.state else None
+
+
+def _with_geometry(shapes: Shapes) -> Shapes:
+    """The shapes that are not empty."""
+    is_empty = shapes.mesh == EMPTY
+    return shapes.take(np.flatnonzero(~is_empty)) if is_empty.any() else shapes
 
 
 def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> NDArray:
@@ -241,8 +236,13 @@ def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> 
 
 
 def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) -> Ids:
-    whole = [np.full(n, missing, np.int32) if c is None else c for c, n in zip(columns, counts, strict=True)]
-    return _joined(whole, np.int32)
+    """Columns one after the other, with a value in place of missing ones."""
+    whole = np.full(sum(counts), missing, np.int32)
+    ends = np.cumsum(counts).tolist()
+    for column, end in zip(columns, ends, strict=True):
+        if column is not None:
+            whole[end - len(column) : end] = column
+    return whole
 
 
 def _missing_from(nodes: Ids, chunks: Sequence[Ids]) -> NDArray[np.int64]:

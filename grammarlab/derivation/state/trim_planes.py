@@ -9,7 +9,7 @@ horizontal and apply only after ``set(trim.horizontal, true)``.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,13 @@ from grammarlab.arrays import (
     Floats,
     distinct,
     distinct_counts,
+    distinct_hashes,
     distinct_lists,
+    distinct_pairs,
     distinct_rows,
+    hashed,
     offsets_from_counts,
+    row_lengths,
     row_of_value,
     take_rows,
 )
@@ -64,6 +68,17 @@ class _Faces:
     """[K, 3] its size along its axes."""
 
 
+class _BoxFaces(NamedTuple):
+    """K faces as far as their planes are known without computing them."""
+
+    axes: Ids
+    """[K] their axes, -1 for those of no box."""
+    corner: Floats
+    """[K, 3] their first corners."""
+    width: Floats
+    """[K] metres."""
+
+
 class TrimPlanes:
     """Faces whose shared edges give planes, in one derivation."""
 
@@ -72,7 +87,7 @@ class TrimPlanes:
         self._stay_off = stay_off
         self._batches: list[_Faces] = []
         self._used = 0
-        self._box_faces: list[tuple[Ids, Floats, Floats]] = []
+        self._box_faces: list[_BoxFaces] = []
 
     def add(self, whole: Shapes, row: NDArray[np.int64], face: NDArray[np.int64], parts: Shapes) -> FaceIds | int:
         """Ids of faces [K] of shapes, which are parts in their own axes; `NONE` if no planes will ever apply."""
@@ -91,7 +106,7 @@ class TrimPlanes:
         )
         self._used += len(row)
         axes = np.where(is_box(whole.mesh[row]), parts.frame, np.int32(-1))
-        self._box_faces.append((axes, parts.position, parts.size[:, 0]))
+        self._box_faces.append(_BoxFaces(axes, parts.position, parts.size[:, 0]))
         return np.arange(self._used - len(row), self._used)
 
     def holds(self, ids: FaceIds, shapes: Shapes, frames: FrameTable) -> Flags:
@@ -99,7 +114,9 @@ class TrimPlanes:
 
         It compares scopes that have the axes of the face, as most parts of a wall have, without computing planes.
         """
-        axes, corner, width = (np.concatenate(column) for column in zip(*self._box_faces, strict=True))
+        if len(self._box_faces) > 1:
+            self._box_faces = [_BoxFaces._make(np.concatenate(column) for column in zip(*self._box_faces, strict=True))]
+        axes, corner, width = self._box_faces[0]
         away = shapes.position - corner.take(ids, axis=0)
         x = np.einsum("ij,ij->i", frames.axis(shapes.frame, 0), away)
         z = np.einsum("ij,ij->i", frames.axis(shapes.frame, 2), away)
@@ -169,30 +186,59 @@ def trim(shapes: Shapes, planes: TrimPlanes, meshes: MeshTable, frames: FrameTab
         rows = rows[~held]
         if len(rows) == 0:
             return shapes
-    shared, is_vertical = planes.planes(ids[rows], meshes, frames)
-    row = rows[shared.row]
-    vertical, horizontal = (np.broadcast_to(switch(shapes), shapes.num) for switch in (_vertical, _horizontal))
-    applies = np.where(is_vertical, vertical[row], horizontal[row])
-    reach = np.einsum("pk,pk->p", shared.normal, shapes.position[row]) - shared.level
-    sizes = np.einsum("pk,pkj->pj", shared.normal, frames.rotations(shapes.frame[row])) * shapes.size[row]
-    farthest = reach + np.maximum(sizes, 0.0).sum(axis=1)
-    slack = 1e-9 * (1.0 + np.abs(shared.level) + np.abs(shapes.size[row]).max(axis=1))
-    cuts = np.flatnonzero(applies & (farthest > slack))
-    if len(cuts) == 0:
+    cuts = _cuts(shapes, ids, rows, planes, meshes, frames)
+    used, counts = distinct_counts(cuts.row, shapes.num)
+    if len(used) == 0:
         return shapes
-    used, counts = distinct_counts(row[cuts], shapes.num)
     chosen = shapes.take(used)
-    rotations = frames.rotations(chosen.frame).repeat(counts, axis=0)
-    normal = np.einsum("pkj,pk->pj", rotations, shared.normal[cuts])
-    _, kind = distinct_lists(np.column_stack((normal, -reach[cuts])), counts)
+    _, kind = distinct_lists(np.column_stack((cuts.normal, cuts.level)), counts)
     first, number = distinct_rows(chosen.mesh, chosen.size, kind)
     plane, offsets = take_rows(offsets_from_counts(counts), first)
     whole = scaled(meshes.take(chosen.mesh[first]), chosen.size[first])
-    unit, low, size = normalized(trimmed(whole, row_of_value(np.diff(offsets)), normal[plane], -reach[cuts[plane]]))
+    unit, low, size = normalized(
+        trimmed(whole, row_of_value(row_lengths(offsets)), cuts.normal.take(plane, axis=0), cuts.level.take(plane))
+    )
     position, sizes, mesh = shapes.position.copy(), shapes.size.copy(), shapes.mesh.copy()
     position[used] = chosen.position + frames.to_world(chosen.frame, low[number])
     sizes[used], mesh[used] = size[number], meshes.add(unit)[number]
     return shapes.rescoped(position, sizes, shapes.frame, mesh)
+
+
+class _Cuts(NamedTuple):
+    """P planes that shapes reach beyond."""
+
+    row: NDArray[np.int64]
+    """[P] the shape, ascending."""
+    normal: Floats
+    """[P, 3] unit vectors in the axes of its scope."""
+    level: Floats
+    """[P] metres from the scope's origin along the normal."""
+
+
+def _cuts(
+    shapes: Shapes, ids: FaceIds, rows: NDArray[np.int64], planes: TrimPlanes, meshes: MeshTable, frames: FrameTable
+) -> _Cuts:
+    """The planes of the faces ``ids`` [N] that the shapes at ``rows`` reach beyond."""
+    asked = ids.take(rows)
+    different, of_face = distinct_hashes(hashed(asked))
+    shared, is_vertical = planes.planes(asked.take(different), meshes, frames)
+    may_apply = np.flatnonzero(np.where(is_vertical, np.any(_vertical(shapes)), np.any(_horizontal(shapes))))
+    shared, is_vertical = shared.take(may_apply), is_vertical.take(may_apply)
+    per_face = np.bincount(shared.row, minlength=len(different))
+    plane, offsets = take_rows(offsets_from_counts(per_face), of_face)
+    row = rows.repeat(row_lengths(offsets))
+    vertical, horizontal = (np.broadcast_to(switch(shapes), shapes.num) for switch in (_vertical, _horizontal))
+    applies = np.where(is_vertical.take(plane), vertical.take(row), horizontal.take(row))
+    level = shared.level.take(plane)
+    reach = np.einsum("pk,pk->p", shared.normal.take(plane, axis=0), shapes.position.take(row, axis=0)) - level
+    # Of many shapes few have different axes.
+    frame, of_pair, pair = distinct_pairs(shapes.frame.take(row), plane, max(1, len(shared.row)))
+    normal = np.einsum("pk,pkj->pj", shared.normal.take(of_pair, axis=0), frames.rotations(frame))
+    size = shapes.size.take(row, axis=0)
+    farthest = reach + np.maximum(normal.take(pair, axis=0) * size, 0.0).sum(axis=1)
+    slack = 1e-9 * (1.0 + np.abs(level) + np.abs(size).max(axis=1))
+    chosen = np.flatnonzero(applies & (farthest > slack))
+    return _Cuts(row.take(chosen), normal.take(pair.take(chosen), axis=0), -reach.take(chosen))
 
 
 def _vertical(shapes: Shapes) -> bool | Flags:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, row_lengths
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.ragged import any_rows, next_in_row
 from grammarlab.geometry.meshes.vectors import norm
@@ -99,7 +99,7 @@ def num_holes(meshes: Meshes) -> Indices:
 def is_closed_surface(meshes: Meshes) -> NDArray[np.bool_]:
     """[M] whether a mesh has faces and each of its edges belongs to exactly two."""
     table = edges(meshes)
-    closed = np.diff(meshes.mesh_faces) > 0
+    closed = row_lengths(meshes.mesh_faces) > 0
     closed[table.mesh[table.num_faces != 2]] = False
     return closed
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Floats, offsets_from_counts, take_rows
+from grammarlab.arrays import Flags, Floats, offsets_from_counts, row_lengths, take_rows
 from grammarlab.geometry.meshes.edges import edges
 from grammarlab.geometry.meshes.measure import area_vectors, face_normals
 from grammarlab.geometry.meshes.mesh import BOTTOM, INNER_WALL, OUTER_WALL, TOP, Indices, Meshes, Soup
@@ -91,19 +91,19 @@ def extrude_edges(meshes: Meshes, shift: Floats) -> Meshes:
     ends = meshes.points[meshes.corner_points()].reshape(-1, 2, 3)
     moved = ends + shift[meshes.mesh_of_face()][:, None]
     corners = np.concatenate((ends, moved[:, ::-1]), axis=1)
-    return Meshes.from_polygons(corners.reshape(-1, 3), np.full(len(ends), 4), np.diff(meshes.mesh_faces))
+    return Meshes.from_polygons(corners.reshape(-1, 3), np.full(len(ends), 4), row_lengths(meshes.mesh_faces))
 
 
 def are_edges(meshes: Meshes) -> Flags:
     """[M] whether meshes have only faces of two corners."""
-    is_area = np.diff(meshes.face_offsets) != 2
+    is_area = row_lengths(meshes.face_offsets) != 2
     has_area = np.bincount(meshes.mesh_of_face()[is_area], minlength=len(meshes)) > 0
-    return ~has_area & (np.diff(meshes.mesh_faces) > 0)
+    return ~has_area & (row_lengths(meshes.mesh_faces) > 0)
 
 
 def _moves_as_one(meshes: Meshes, normals: Floats) -> Flags:
     """[M] whether all faces of a mesh have one normal."""
-    filled = np.diff(meshes.mesh_faces) > 0
+    filled = row_lengths(meshes.mesh_faces) > 0
     first = np.zeros((len(meshes), 3))
     first[filled] = normals[meshes.mesh_faces[:-1][filled]]
     of_face = meshes.mesh_of_face()
@@ -113,8 +113,8 @@ def _moves_as_one(meshes: Meshes, normals: Floats) -> Flags:
 
 def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
     """Meshes in which the faces of the chosen ones share no points, and no face repeats a point."""
-    corners_per_mesh = np.diff(meshes.face_offsets[meshes.mesh_faces])
-    points_per_mesh = np.where(chosen, corners_per_mesh, np.diff(meshes.mesh_points))
+    corners_per_mesh = row_lengths(meshes.face_offsets[meshes.mesh_faces])
+    points_per_mesh = np.where(chosen, corners_per_mesh, row_lengths(meshes.mesh_points))
     mesh_points = offsets_from_counts(points_per_mesh)
     chosen_corner = np.repeat(chosen, corners_per_mesh)
     corner_index = np.arange(len(meshes.corners)) - np.repeat(
@@ -122,7 +122,7 @@ def _with_own_points(meshes: Meshes, chosen: Flags) -> Meshes:
     )
     corners = np.where(chosen_corner, corner_index, meshes.corners)
     points = np.empty((mesh_points[-1], 3))
-    is_unchanged = np.repeat(~chosen, np.diff(meshes.mesh_points))
+    is_unchanged = np.repeat(~chosen, row_lengths(meshes.mesh_points))
     old, _ = take_rows(mesh_points, np.flatnonzero(~chosen))
     points[old] = meshes.points[is_unchanged]
     own_points = corner_index + np.repeat(mesh_points[:-1], corners_per_mesh)
@@ -162,7 +162,7 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags, roles: bool) -> Meshes:
     forwards = np.arange(len(here))
     begin = meshes.face_offsets[:-1][face]
     # Turned over, a face begins with its first edge.
-    backwards = begin + (1 + begin - forwards) % np.diff(meshes.face_offsets)[face]
+    backwards = begin + (1 + begin - forwards) % row_lengths(meshes.face_offsets)[face]
     towards_top, towards_bottom = (
         np.where(inwards[face], backwards, forwards),
         np.where(inwards[face], forwards, backwards),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats
+from grammarlab.arrays import Flags, Floats, row_lengths
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.ragged import all_rows, any_rows, next_in_row, sum_rows
 from grammarlab.geometry.meshes.vectors import cross, dot, norm
@@ -87,11 +87,11 @@ def is_closed(meshes: Meshes) -> Flags:
     order = np.argsort(key)
     first = np.flatnonzero(np.diff(key.take(order), prepend=-1))
     balance = np.add.reduceat(np.sign(end - start).take(order), first) if len(first) else first
-    closed = np.diff(meshes.mesh_faces) > 0
+    closed = row_lengths(meshes.mesh_faces) > 0
     face_of_open_edge = meshes.face_of_corner()[order[first[balance != 0]]]
     mesh_of_face = meshes.mesh_of_face()
     closed[mesh_of_face[face_of_open_edge]] = False
-    closed[mesh_of_face[np.diff(meshes.face_offsets) < 3]] = False
+    closed[mesh_of_face[row_lengths(meshes.face_offsets) < 3]] = False
     return closed
 
 
@@ -124,8 +124,8 @@ def is_rectangular(meshes: Meshes, tolerance_degrees: float) -> Flags:
     # The slack accepts right angles under tolerance 0 after a rotation of the whole shape.
     limit = (np.sin(np.radians(tolerance_degrees)) + STRAIGHT) * scale
     right = (np.abs(dot(edges, ahead)) <= limit) & (scale > 0.0)
-    faces = all_rows(right, meshes.face_offsets) & (np.diff(meshes.face_offsets) == 4)
-    return all_rows(faces, meshes.mesh_faces) & (np.diff(meshes.mesh_faces) > 0)
+    faces = all_rows(right, meshes.face_offsets) & (row_lengths(meshes.face_offsets) == 4)
+    return all_rows(faces, meshes.mesh_faces) & (row_lengths(meshes.mesh_faces) > 0)
 
 
 def is_planar(meshes: Meshes, tolerance_degrees: float) -> Flags:
@@ -135,7 +135,7 @@ def is_planar(meshes: Meshes, tolerance_degrees: float) -> Flags:
     normals = face_normals(meshes).take(meshes.face_of_corner(), axis=0)
     flat = np.abs(dot(local, normals)) >= (np.cos(np.radians(tolerance_degrees)) - STRAIGHT) * norm(local)
     faces = all_rows(flat, meshes.face_offsets)
-    return all_rows(faces, meshes.mesh_faces) & (np.diff(meshes.mesh_faces) > 0)
+    return all_rows(faces, meshes.mesh_faces) & (row_lengths(meshes.mesh_faces) > 0)
 
 
 def has_concave_face(meshes: Meshes) -> Flags:
@@ -145,12 +145,12 @@ def has_concave_face(meshes: Meshes) -> Flags:
 
 def num_faces(meshes: Meshes) -> NDArray[np.int64]:
     """[M] faces of each mesh."""
-    return np.diff(meshes.mesh_faces)
+    return row_lengths(meshes.mesh_faces)
 
 
 def num_vertices(meshes: Meshes) -> NDArray[np.int64]:
     """[M] points of each mesh."""
-    return np.diff(meshes.mesh_points)
+    return row_lengths(meshes.mesh_points)
 
 
 def steepest_slope(meshes: Meshes) -> tuple[Floats, Floats]:
@@ -165,7 +165,7 @@ def steepest_slope(meshes: Meshes) -> tuple[Floats, Floats]:
     slope = np.degrees(np.arctan2(np.hypot(upward[:, 0], upward[:, 2]), upward[:, 1]))
     azimuth = np.degrees(np.arctan2(upward[:, 0], -upward[:, 2])) % 360.0
     order = np.lexsort((-slope, meshes.mesh_of_face()))
-    filled = np.diff(meshes.mesh_faces) > 0
+    filled = row_lengths(meshes.mesh_faces) > 0
     chosen = order[meshes.mesh_faces[:-1][filled]]
     result = np.zeros((2, len(meshes)))
     result[:, filled] = slope[chosen], azimuth[chosen]

@@ -16,7 +16,16 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, hashed, index_in_row, offsets_from_counts, row_of_value, same_bits, take_rows
+from grammarlab.arrays import (
+    Floats,
+    hashed,
+    index_in_row,
+    offsets_from_counts,
+    row_lengths,
+    row_of_value,
+    same_bits,
+    take_rows,
+)
 from grammarlab.geometry.meshes.corner_data import CornerData, join_data
 from grammarlab.geometry.meshes.ragged import next_in_row, sum_rows
 
@@ -82,7 +91,7 @@ class Meshes:
         per_mesh = np.ones(len(counts), np.int64) if faces_per_mesh is None else faces_per_mesh
         mesh_faces = offsets_from_counts(per_mesh)
         mesh_points = face_offsets[mesh_faces]
-        corners = np.arange(len(points), dtype=np.int64) - np.repeat(mesh_points[:-1], np.diff(mesh_points))
+        corners = np.arange(len(points), dtype=np.int64) - np.repeat(mesh_points[:-1], row_lengths(mesh_points))
         return cls(points, corners, face_offsets, mesh_faces, mesh_points, np.zeros(len(counts), np.int8))
 
     @classmethod
@@ -174,7 +183,7 @@ class Meshes:
     def fingerprints(self) -> NDArray[np.uint64]:
         """[M] hashes of meshes with faces: equal for meshes that are the same (`same_as`), seldom for others."""
         corners = self.face_offsets[self.mesh_faces]
-        number, tags = index_in_row(np.diff(self.mesh_faces)).view(np.uint64), self.tags.astype(np.uint64)
+        number, tags = index_in_row(row_lengths(self.mesh_faces)).view(np.uint64), self.tags.astype(np.uint64)
         faces = hashed(hashed(number + np.uint64(1)) + tags)
         if self.data is not None:
             faces = np.where(self.data.slots == 0, faces, hashed(faces + self.data.slots.astype(np.uint64)))
@@ -198,30 +207,30 @@ class Meshes:
 
     def mesh_of_face(self) -> Indices:
         """[F] the mesh that each face belongs to."""
-        return row_of_value(np.diff(self.mesh_faces))
+        return row_of_value(row_lengths(self.mesh_faces))
 
     def mesh_of_point(self) -> Indices:
         """[P] the mesh that each point belongs to."""
-        return row_of_value(np.diff(self.mesh_points))
+        return row_of_value(row_lengths(self.mesh_points))
 
     def face_of_corner(self) -> Indices:
         """[C] the face that each corner belongs to."""
-        return row_of_value(np.diff(self.face_offsets))
+        return row_of_value(row_lengths(self.face_offsets))
 
     def mesh_of_corner(self) -> Indices:
         """[C] the mesh that each corner belongs to."""
-        return row_of_value(np.diff(self.face_offsets[self.mesh_faces]))
+        return row_of_value(row_lengths(self.face_offsets[self.mesh_faces]))
 
     def corner_points(self) -> Indices:
         """[C] the row of `points` at each corner."""
-        corners_per_mesh = np.diff(self.face_offsets[self.mesh_faces])
-        return self.corners + np.repeat(self.mesh_points[:-1], corners_per_mesh)
+        corners_per_mesh = row_lengths(self.face_offsets[self.mesh_faces])
+        return self.corners + self.mesh_points[:-1].repeat(corners_per_mesh)
 
     def bounds(self) -> tuple[Floats, Floats]:
         """Smallest and largest coordinates [M, 3] of each mesh; zeros for a mesh without points."""
         low = np.zeros((len(self), 3))
         high = np.zeros((len(self), 3))
-        filled = np.diff(self.mesh_points) > 0
+        filled = row_lengths(self.mesh_points) > 0
         if filled.any():
             starts = self.mesh_points[:-1][filled]
             low[filled] = np.minimum.reduceat(self.points, starts, axis=0)
@@ -234,7 +243,7 @@ class Meshes:
         Args:
             faces: [F] which faces to turn; all when left out.
         """
-        counts = np.diff(self.face_offsets)
+        counts = row_lengths(self.face_offsets)
         face = row_of_value(counts)
         starts = self.face_offsets[:-1][face]
         position = np.arange(len(self.corners)) - starts
@@ -301,7 +310,7 @@ class Soup:
         parts = [part for part in parts if len(part)] or list(parts[:1])
         if len(parts) == 1:
             return parts[0]
-        counts = np.concatenate([np.diff(part.offsets) for part in parts])
+        counts = np.concatenate([row_lengths(part.offsets) for part in parts])
         return cls(
             np.concatenate([part.rows for part in parts]),
             offsets_from_counts(counts),
@@ -390,7 +399,7 @@ class Soup:
 
 def _row_hashes(values: NDArray, offsets: Indices) -> NDArray[np.uint64]:
     """[N] a hash of each row of a ragged list [V, K] without empty rows, and of the order of its values; NaN adds 0."""
-    position = index_in_row(np.diff(offsets))[:, None] * _STRIDE + np.arange(1, values.shape[1] + 1)
+    position = index_in_row(row_lengths(offsets))[:, None] * _STRIDE + np.arange(1, values.shape[1] + 1)
     words = hashed(hashed(values) + position.view(np.uint64))
     if values.dtype.kind == "f":
         words[np.isnan(values)] = 0

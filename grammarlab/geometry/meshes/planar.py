@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, row_of_value
+from grammarlab.arrays import Floats, row_lengths, row_of_value
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.ragged import next_in_row
 from grammarlab.geometry.meshes.vectors import any_normal, cross, dot, has_length, unit
@@ -41,7 +41,7 @@ class Polygons:
     @property
     def counts(self) -> Indices:
         """[F] corners of each face."""
-        return np.diff(self.offsets)
+        return row_lengths(self.offsets)
 
     def face_of_corner(self) -> Indices:
         """[C] the face of each corner."""
@@ -70,7 +70,7 @@ def lay_flat(meshes: Meshes) -> Polygons:
     and coordinates without NaN.
     """
     points = meshes.points[meshes.corner_points()]
-    counts = np.diff(meshes.face_offsets)
+    counts = row_lengths(meshes.face_offsets)
     face = row_of_value(counts)
     filled = counts > 0
     origin = np.zeros((len(counts), 3))
@@ -122,9 +122,9 @@ def regroup(meshes: Meshes, offsets: Indices) -> Meshes:
     """
     if np.array_equal(offsets, np.arange(len(meshes) + 1)):
         return meshes
-    corners_per_mesh = np.diff(meshes.face_offsets[meshes.mesh_faces])
+    corners_per_mesh = row_lengths(meshes.face_offsets[meshes.mesh_faces])
     base = meshes.mesh_points[offsets]
-    shift = meshes.mesh_points[:-1] - np.repeat(base[:-1], np.diff(offsets))
+    shift = meshes.mesh_points[:-1] - np.repeat(base[:-1], row_lengths(offsets))
     corners = meshes.corners + np.repeat(shift, corners_per_mesh)
     return Meshes(
         points=meshes.points,

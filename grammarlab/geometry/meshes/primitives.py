@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -40,17 +40,23 @@ DEFAULT_SIDES = 16
 STAR_TIPS, STAR_INNER_RADIUS = 5, 0.45
 """Star of the toy grammar; the inner radius is relative to the outer radius."""
 
+_kept = lru_cache(maxsize=64)
+"""Round primitives of few faces are made once for each number of sides; the largest take 60 kB each."""
 
+
+@cache
 def quad() -> Meshes:
     """The unit square at y = 0, seen from above; its first edge is the front one, along +x at z = 1."""
     return _ring(np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]]))
 
 
+@_kept
 def disk(sides: int = DEFAULT_SIDES) -> Meshes:
     """A regular polygon at y = 0 that fills the unit square, seen from above."""
     return _ring(_filling(_circle(sides)))
 
 
+@cache
 def box() -> Meshes:
     """The unit cube; faces are `BOTTOM`, `TOP`, `FRONT`, `RIGHT`, `BACK`, `LEFT`, the bottom from its x axis on."""
     prism = extrude(quad(), np.ones(1))
@@ -59,6 +65,7 @@ def box() -> Meshes:
     return replace(prism, corners=corners)
 
 
+@_kept
 def cylinder(sides: int = DEFAULT_SIDES) -> Meshes:
     """A prism over `disk`: the top, the bottom, its walls."""
     prism = extrude(disk(sides), np.ones(1))
@@ -66,6 +73,7 @@ def cylinder(sides: int = DEFAULT_SIDES) -> Meshes:
     return replace(prism, corners=np.concatenate((top, np.roll(bottom, -1), walls)))
 
 
+@_kept
 def cone(sides: int = DEFAULT_SIDES) -> Meshes:
     """A pyramid over `disk` with its tip above the centre: the bottom, then its walls."""
     base = disk(sides).points

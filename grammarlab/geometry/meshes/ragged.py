@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import offsets_from_counts, row_of_value
+from grammarlab.arrays import offsets_from_counts, row_lengths, row_of_value
 
 Indices = NDArray[np.int64]
 
@@ -19,16 +19,16 @@ def sum_rows(values: NDArray, offsets: Indices) -> NDArray:
     [6, 0, 4]
     """
     if values.dtype.kind == "f":
-        return np.bincount(row_of_value(np.diff(offsets)), values, len(offsets) - 1)
+        return np.bincount(row_of_value(row_lengths(offsets)), values, len(offsets) - 1)
     ends = np.zeros(len(values) + 1, np.int64)
     np.cumsum(values, out=ends[1:])
-    return np.diff(ends.take(offsets))
+    return row_lengths(ends.take(offsets))
 
 
 def max_rows(values: NDArray, offsets: Indices, empty: float) -> NDArray:
     """[N] the largest number of each row of a ragged list; ``empty`` for rows without any."""
     result = np.full(len(offsets) - 1, empty)
-    filled = np.diff(offsets) > 0
+    filled = row_lengths(offsets) > 0
     if filled.any():
         result[filled] = np.maximum.reduceat(values, offsets[:-1][filled])
     return result
@@ -67,7 +67,7 @@ def next_in_row(offsets: Indices) -> Indices:
     [1, 2, 0, 4, 3]
     """
     following = np.arange(1, offsets[-1] + 1, dtype=np.int64)
-    filled = np.diff(offsets) > 0
+    filled = row_lengths(offsets) > 0
     following[offsets[1:][filled] - 1] = offsets[:-1][filled]
     return following
 
