@@ -7,6 +7,7 @@ A ragged list of N rows is ``values`` of length ``offsets[N]`` and ``offsets`` o
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 AnyFloats = NDArray[np.floating]
 """Numbers of single or double precision, as pictures are made of."""
+_Integer = TypeVar("_Integer", bound=np.integer)
 
 _HASH_FACTORS = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 """Factors of the finaliser of SplitMix64."""
@@ -27,6 +29,8 @@ _FEW_ROWS = 40
 _FEW_HASHES = 4000
 """Number of hashes up to which sorting them is as fast as writing them to the places of a table; of many, it takes six
 times as long."""
+_MOST_DIGITS = 1 << 16
+"""Number of different short integers."""
 _MOST_PLACES = 8
 """Largest ratio of possible to given values for which marking flags is faster than sorting."""
 
@@ -42,7 +46,7 @@ def offsets_from_counts(counts: NDArray[np.integer]) -> Ints:
     return offsets
 
 
-def row_lengths(offsets: NDArray[np.integer]) -> NDArray[np.integer]:
+def row_lengths(offsets: Ints) -> Ints:
     """Length of each row [N] of a ragged list from its offsets [N + 1].
 
     >>> row_lengths(np.array([0, 2, 2, 5])).tolist()
@@ -67,7 +71,12 @@ def rows_of_groups(group: NDArray[np.integer], num: int) -> list[Ints]:
     [[1], [], [0, 2]]
     """
     ends = np.cumsum(np.bincount(group, minlength=num))
-    return np.split(np.argsort(group, kind="stable"), ends[:-1]) if num else []
+    return np.split(np.argsort(narrow(group), kind="stable"), ends[:-1]) if num else []
+
+
+def narrow(values: NDArray[np.integer]) -> NDArray[np.integer]:
+    """The same integers of at least 0, in 16 bits if they fit: NumPy sorts these by radix sort, ten times as fast."""
+    return values.astype(np.uint16) if values.max(initial=0) < _MOST_DIGITS else values
 
 
 def index_in_row(counts: NDArray[np.integer]) -> Ints:
@@ -124,7 +133,8 @@ def ranked(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints]:
     ([1, 4], [1, 0, 1])
     """
     if limit > max(_FEW_HASHES, _MOST_PLACES * len(values)):
-        return np.unique(values, return_inverse=True)
+        different, rank = np.unique(values, return_inverse=True)
+        return different.astype(np.int64), rank
     present = np.zeros(limit, dtype=bool)
     present[values] = True
     return np.flatnonzero(present), (present.cumsum() - 1).take(values)
@@ -204,7 +214,7 @@ def distinct_hashes(keys: NDArray[np.uint64]) -> tuple[Ints, Ints]:
     return np.flatnonzero(is_first), (np.cumsum(is_first) - 1).take(leader)
 
 
-def distinct_pairs(one: NDArray[np.integer], other: NDArray[np.integer], limit: int) -> tuple[Ints, Ints, Ints]:
+def distinct_pairs(one: NDArray[_Integer], other: Ints, limit: int) -> tuple[NDArray[_Integer], Ints, Ints]:
     """Different pairs of columns of integers, the second in 0 <= value < limit: both [K], and the number [N] of each.
 
     >>> [column.tolist() for column in distinct_pairs(np.array([3, 2, 3]), np.array([1, 0, 1]), 2)]

@@ -1,12 +1,25 @@
-"""Connected components of graphs, and equal rows of columns and lists."""
+"""Connected components of graphs, equal rows of columns and lists, and operations on ragged lists."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.arrays import connected, distinct_lists, distinct_rows
+from grammarlab.arrays import (
+    connected,
+    distinct_hashes,
+    distinct_lists,
+    distinct_pairs,
+    distinct_rows,
+    hashed,
+    index_in_row,
+    narrow,
+    ranked,
+    row_lengths,
+    take_rows,
+)
 
 
 @st.composite
@@ -52,3 +65,53 @@ def test_lists_are_equal_if_their_values_are(lists) -> None:
     assert [lists[i] for i in first[number].tolist()] == lists
     if len({len(row) for row in lists}) == 1:
         assert len(first) == len({tuple(row) for row in lists})
+
+
+@pytest.mark.parametrize("num", [0, 1, 50, 4_001, 30_000])
+@pytest.mark.parametrize("different", [1, 3, 20_000])
+def test_equal_hashes_have_the_number_of_their_first_one(num, different) -> None:
+    values = np.random.default_rng(num + different).integers(0, different, num)
+    first, number = distinct_hashes(hashed(values))
+    _, expected, inverse = np.unique(values, return_index=True, return_inverse=True)
+    assert np.array_equal(first, np.sort(expected))
+    assert np.array_equal(first[number], expected[inverse])
+
+
+def test_hashes_that_share_a_place_of_the_table_are_told_apart() -> None:
+    keys = np.arange(5_000, dtype=np.uint64).repeat(2)  # the first digits of all are zero
+    first, number = distinct_hashes(keys)
+    assert np.array_equal(first, np.arange(0, 10_000, 2))
+    assert np.array_equal(number, np.arange(5_000).repeat(2))
+
+
+@given(st.lists(st.tuples(st.integers(-3, 3), st.integers(0, 4)), max_size=60))
+def test_pairs_are_equal_if_both_integers_are(pairs) -> None:
+    one, other = (np.array(column, dtype=np.int64) for column in (zip(*pairs, strict=True) if pairs else ([], [])))
+    different, others, number = distinct_pairs(one, other, 5)
+    assert list(zip(different.tolist(), others.tolist(), strict=True)) == list(dict.fromkeys(pairs))
+    assert np.array_equal(different[number], one)
+    assert np.array_equal(others[number], other)
+
+
+@pytest.mark.parametrize("limit", [70, 100_000])
+def test_ranks_are_those_of_sorting_for_few_and_many_possible_values(limit) -> None:
+    values = np.random.default_rng(1).integers(0, 70, 300)
+    for found, expected in zip(ranked(values, limit), np.unique(values, return_inverse=True), strict=True):
+        assert np.array_equal(found, expected)
+
+
+@given(st.lists(st.lists(st.integers(0, 9), max_size=3), max_size=8), st.data())
+def test_rows_are_taken_as_lists_are(lists, data) -> None:
+    values = np.array([value for row in lists for value in row], dtype=np.int64)
+    offsets = np.cumsum([0, *map(len, lists)])
+    rows = data.draw(st.lists(st.sampled_from(range(len(lists))), max_size=9)) if lists else []
+    where, taken = take_rows(offsets, np.array(rows, dtype=np.int64))
+    assert [part.tolist() for part in np.split(values[where], taken[1:-1])][: len(rows)] == [lists[row] for row in rows]
+    assert row_lengths(offsets).tolist() == [len(row) for row in lists]
+    assert index_in_row(row_lengths(offsets)).tolist() == [index for row in lists for index in range(len(row))]
+
+
+@pytest.mark.parametrize("largest", [5, 65_535, 65_536, 1 << 40])
+def test_narrow_columns_have_the_same_order(largest) -> None:
+    values = np.random.default_rng(2).integers(0, largest, 200, endpoint=True)
+    assert np.array_equal(np.argsort(narrow(values), kind="stable"), np.argsort(values, kind="stable"))

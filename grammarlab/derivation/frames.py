@@ -218,9 +218,10 @@ class FrameTable:
     def used(self, frames: Ids) -> tuple[Floats, Ids]:
         """Rotations [K, 3, 3] of the different frames of a column [N], and the index [N] of each among them."""
         present = np.zeros(24 * self._used, dtype=bool)
-        present[frames] = True
+        places = frames.astype(np.int64)
+        present[places] = True
         index = (np.cumsum(present) - 1).astype(np.int32)
-        return self.rotations(np.flatnonzero(present).astype(np.int32)), index[frames]
+        return self.rotations(np.flatnonzero(present).astype(np.int32)), index.take(places)
 
 
 def cube_index(matrix: Floats) -> int:

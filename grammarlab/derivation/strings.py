@@ -17,6 +17,9 @@ class StringTable:
         self._ids: dict[str, int] = {}
         self._texts: list[str] = []
 
+    def __len__(self) -> int:
+        return len(self._texts)
+
     def __getitem__(self, index: int) -> str:
         return self._texts[index]
 

@@ -21,6 +21,7 @@ from grammarlab.arrays import (
     distinct_counts,
     distinct_lists,
     distinct_pairs,
+    narrow,
     offsets_from_counts,
     ranked,
     row_lengths,
@@ -295,7 +296,7 @@ class _MixedComponents(AbstractComponents):
     def __init__(self, shapes: Shapes, groups: Sequence[tuple[Rows, AbstractComponents]]) -> None:
         self._groups = groups
         row = np.concatenate([rows[group.row] for rows, group in groups])
-        self._order = np.argsort(row, kind="stable")
+        self._order = np.argsort(narrow(row), kind="stable")
         self.row = row[self._order]
         self.index = np.concatenate([group.index for _, group in groups])[self._order]
 
@@ -317,7 +318,7 @@ class _MixedComponents(AbstractComponents):
                 part = group.shapes_of(chosen_of_group, join, aligned, selector)
                 placed.append(part._replace(row=rows[part.row], first=turns[chosen_of_group][part.first]))
         columns = [np.concatenate(column) for column in zip(*placed, strict=True)]
-        order = np.argsort(columns[0], kind="stable")
+        order = np.argsort(narrow(columns[0]), kind="stable")
         return ComponentShapes._make(column[order] for column in columns)
 
 

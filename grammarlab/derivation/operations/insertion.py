@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, distinct
 from grammarlab.assets.mesh_parts import PartMaterial
 from grammarlab.derivation.calls.calls import BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.texture_transfer import without_maps
@@ -47,26 +47,30 @@ def i(call: BoundCall) -> Shapes:
     if isinstance(text, str):
         return _inserted(call, call.shapes, text)
     shapes = call.shapes
-    mesh, size, position, material, of_asset = (
+    mesh, size, position, material = (
         shapes.mesh.copy(),
         shapes.size.copy(),
         shapes.position.copy(),
         shapes.material.copy(),
-        asset_materials(shapes).copy(),
     )
-    for string in np.unique(text).tolist():
+    of_asset = asset_materials(shapes).copy() if ASSET_MATERIAL in shapes.state else None
+    for string in distinct(text, len(call.workspace.strings)).tolist():
         rows = np.flatnonzero(text == string)
         part = _inserted(call, shapes.take(rows), call.workspace.strings[string])
         mesh[rows], size[rows], position[rows], material[rows] = part.mesh, part.size, part.position, part.material
-        of_asset[rows] = asset_materials(part)
-    return with_asset_materials(shapes._replace(mesh=mesh, size=size, position=position, material=material), of_asset)
+        if of_asset is not None:
+            of_asset[rows] = asset_materials(part)
+    inserted = shapes._replace(mesh=mesh, size=size, position=position, material=material)
+    return inserted if of_asset is None else with_asset_materials(inserted, of_asset)
 
 
 def _bare(call: BoundCall) -> BoundCall:
     """The call on scopes of positive height, without the texture coordinates of the replaced geometry."""
     shapes = upright(call.shapes, call.workspace.meshes, call.workspace.frames)
     bare = without_maps(shapes, call.workspace)
-    return call._replace(shapes=with_asset_materials(bare, np.zeros(bare.num, np.int32)))
+    if ASSET_MATERIAL in bare.state:
+        bare = with_asset_materials(bare, np.zeros(bare.num, np.int32))
+    return call._replace(shapes=bare)
 
 
 def _inserted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:

@@ -8,7 +8,7 @@ from itertools import groupby, repeat
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, distinct_rows
+from grammarlab.arrays import Floats, distinct_rows, narrow
 from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, BoundPart, Head
 from grammarlab.derivation.functions.shape_measures import local_meshes
 from grammarlab.derivation.functions.shape_textures import SPACES, UV_AXES, Range, range_of, uv_set_of
@@ -207,7 +207,7 @@ def along_shapes(pieces: Sequence[SplitPieces], row: Rows) -> Rows:
     """Order [K] of all pieces, by shape and then along it, from their shapes [K]."""
     start = np.concatenate([piece.start for piece in pieces])
     order = _alternating(pieces)
-    order = order[np.argsort(row[order], kind="stable")]
+    order = order.take(np.argsort(narrow(row.take(order)), kind="stable"))
     ordered, shape = start[order], row[order]
     if ((ordered[1:] > ordered[:-1]) | (shape[1:] != shape[:-1])).all():
         return order

@@ -22,6 +22,9 @@ _MOST_PRINTS = 10_000
 _MOST_WARNINGS = 1_000
 """Largest number of different warnings of one derivation."""
 _ZERO = np.zeros(1, dtype=np.int32)
+_NO_IDS = np.zeros(0, dtype=np.int32)
+_NO_VECTORS = np.zeros((0, 3))
+_LEAF_COLUMNS = ("node", "position", "size", "frame", "mesh", "material")
 
 
 class Recorder:
@@ -146,34 +149,40 @@ class Recorder:
 
     def largest_model(self) -> tuple[int, int]:
         """The model with the most nodes so far, and their number."""
-        counts = np.bincount(_joined([model for model, *_ in self._nodes], np.int32))
+        counts = np.zeros(len(self._roots), dtype=np.int64)
+        for models, *_ in self._nodes:
+            counts += np.bincount(models, minlength=len(counts))
         return int(counts.argmax()), int(counts.max())
 
     def nodes(self) -> Nodes:
-        """All nodes."""
-        models, parents, symbols, children, repeats = zip(*self._nodes, strict=True)
+        """All nodes; they are given away: a second call has none."""
+        models, parents, symbols, children, repeats = map(list, zip(*self._nodes, strict=True))
+        self._nodes.clear()
         counts = [len(model) for model in models]
         rule = np.full(self.num_nodes, -1, dtype=self._id_type)
-        rewritten = [nodes for nodes, _ in self._rules]
-        rule[_joined(rewritten, np.int32)] = self._spread([number for _, number in self._rules], rewritten)
-        symbol = self._spread(symbols, models)
+        for nodes, number in self._rules:
+            rule[nodes] = number
+        self._rules.clear()
+        symbol = self._spread(symbols, counts)
         symbol[: len(self._roots)] = self._roots
         return Nodes(
-            _joined(models, np.int32),
+            _drained(models, _NO_IDS),
             _filled(parents, counts, -1),
             symbol,
             rule,
-            self._spread(children, models),
+            self._spread(children, counts),
             _filled(repeats, counts, 0),
         )
 
     def leaves(self, meshes: MeshTable, frames: FrameTable) -> Leaves:
-        """All leaves that have geometry, in scopes of positive height; boxes share one mesh for all orders of faces."""
-        self._leaves = [_with_geometry(right_handed(shapes, meshes, frames)) for shapes in self._leaves]
-        whole = _leaves(self._leaves)
-        if whole.size[:, 1].min(initial=0.0) < 0.0:
-            return _leaves([upright(shapes, meshes, frames) for shapes in self._leaves])
-        return whole
+        """All leaves that have geometry, in scopes of positive height; boxes share one mesh for all orders of faces.
+
+        They are given away: a second call has none.
+        """
+        given, self._leaves = self._leaves, []
+        chunks = [_with_geometry(upright(right_handed(c, meshes, frames), meshes, frames)) for c in given]
+        given.clear()
+        return _leaves(chunks)
 
     def draws(self) -> Draws:
         """All draws."""
@@ -181,7 +190,7 @@ class Recorder:
         densities = [np.broadcast_to(density, count) for (*_, density), count in zip(self._draws, counts, strict=True)]
         return Draws(
             _joined([node for node, *_ in self._draws], np.int32),
-            self._spread([site for _, site, *_ in self._draws], [node for node, *_ in self._draws]),
+            self._spread([site for _, site, *_ in self._draws], counts),
             _joined([values for _, _, values, _ in self._draws], np.float64),
             _joined(densities, np.float64),
         )
@@ -198,9 +207,9 @@ class Recorder:
             keys,
         )
 
-    def _spread(self, values: Sequence[int], columns: Sequence[Ids]) -> NodeIds:
+    def _spread(self, values: Sequence[int], counts: Sequence[int]) -> NodeIds:
         """Values repeated by the number of rows of each chunk."""
-        return np.array(values, dtype=self._id_type).repeat([len(column) for column in columns])
+        return np.array(values, dtype=self._id_type).repeat(counts)
 
     def _grow(self, count: int) -> Ids:
         first = self.num_nodes
@@ -208,16 +217,28 @@ class Recorder:
         return np.arange(first, first + count, dtype=np.int32)
 
 
-def _leaves(chunks: Sequence[Shapes]) -> Leaves:
+def _leaves(chunks: list[Shapes]) -> Leaves:
+    """The leaves of chunks, whose columns are let go one after the other, so that the next one takes their memory."""
+    counts = [shapes.num for shapes in chunks]
+    texture_maps = [_texture_map(shapes) for shapes in chunks]
+    columns = {name: [getattr(shapes, name) for shapes in chunks] for name in _LEAF_COLUMNS}
+    chunks.clear()
     return Leaves(
-        node=_joined([shapes.node for shapes in chunks], np.int32),
-        position=np.concatenate([np.zeros((0, 3)), *(shapes.position for shapes in chunks)]),
-        size=np.concatenate([np.zeros((0, 3)), *(shapes.size for shapes in chunks)]),
-        frame=_joined([shapes.frame for shapes in chunks], np.int32),
-        mesh=kinds(_joined([shapes.mesh for shapes in chunks], np.int32)),
-        material=_joined([shapes.material for shapes in chunks], np.int32),
-        texture_map=_filled([_texture_map(shapes) for shapes in chunks], [shapes.num for shapes in chunks], NONE),
+        node=_drained(columns["node"], _NO_IDS),
+        position=_drained(columns["position"], _NO_VECTORS),
+        size=_drained(columns["size"], _NO_VECTORS),
+        frame=_drained(columns["frame"], _NO_IDS),
+        mesh=kinds(_drained(columns["mesh"], _NO_IDS)),
+        material=_drained(columns["material"], _NO_IDS),
+        texture_map=_filled(texture_maps, counts, NONE),
     )
+
+
+def _drained(columns: list[NDArray], nothing: NDArray) -> NDArray:
+    """All of some columns, which are let go."""
+    whole = np.concatenate([nothing, *columns])
+    columns.clear()
+    return whole
 
 
 def _texture_map(shapes: Shapes) -> Ids | None:
@@ -235,13 +256,14 @@ def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> 
     return np.concatenate([np.zeros(0, dtype), *columns]).astype(dtype, copy=False)
 
 
-def _filled(columns: Sequence[Ids | None], counts: Sequence[int], missing: int) -> Ids:
-    """Columns one after the other, with a value in place of missing ones."""
+def _filled(columns: list[Ids | None], counts: Sequence[int], missing: int) -> Ids:
+    """Columns one after the other, with a value in place of missing ones; they are let go."""
     whole = np.full(sum(counts), missing, np.int32)
     ends = np.cumsum(counts).tolist()
     for column, end in zip(columns, ends, strict=True):
         if column is not None:
             whole[end - len(column) : end] = column
+    columns.clear()
     return whole
 
 
