@@ -41,6 +41,15 @@ Lintel(kind) --> extrude(0.2) comp(f){ top: taper(0.1 + 0.05 * kind) Stone. | al
 """
 """Walls of about 4,700 leaves that have about 50 different meshes, on a lot of 30 x 20 metres."""
 
+VARIED = """
+attr kinds = 16
+Lot --> extrude(60) comp(f){ front: Wall }
+Wall --> split(y){ 3: Floor(split.index) }*
+Floor(storey) --> split(x){ ~1: Bay((30 * storey + split.index) % kinds) }*
+Bay(kind) --> offset(-0.05 - 0.0005 * kind) comp(f){ inside: Glass. | border: extrude(0.1) Frame. }
+"""
+"""A wall of 600 bays, of which as many as wished differ, on a lot of 30 x 20 metres."""
+
 SMALL = """
 Lot --> extrude(9) comp(f){ front: Wall }
 Wall --> split(y){ ~3: split(x){ ~2: Bay }* }*

@@ -1,10 +1,11 @@
-"""CPU time of derivations and how it grows: ``python -m benchmarks.measure_growth [--against CHECKOUT]``.
+"""CPU time and memory of derivations and how they grow: ``python -m benchmarks.measure_growth [--against CHECKOUT]``.
 
 The cases have the shapes of packages that cannot be shipped: walls of thousands of leaves from a few meshes, and
-thousands of mirrored inserts. Time is the least of several derivations, in CPU seconds of one core. With another
+thousands of mirrored inserts. Time is the least of several derivations, in CPU seconds of one core; memory is the most
+that arrays and objects take at once, the forest included, without the interpreter and the libraries. With another
 checkout, both are measured in turn, each in a process of its own, and the ratios are those of this run; `bench_derive`
 has the ratio to the interpreter that derives shape by shape. The exponent of growth is that of the line through the
-logarithms of number and time: 1 is linear.
+logarithms of number and time, or memory: 1 is linear.
 """
 
 from __future__ import annotations
@@ -15,12 +16,13 @@ import os
 import subprocess
 import sys
 import time
+import tracemalloc
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.grammars import DRESSED, MIRRORED, SMALL
+from benchmarks.grammars import DRESSED, MIRRORED, SMALL, VARIED
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
@@ -41,6 +43,9 @@ _ROUNDS = 3
 """Turns of two checkouts."""
 _STOREYS = (6, 12, 24, 48, 96)
 _BATCHES = (1, 16, 64, 256)
+_LARGE_BATCHES = (1_000, 3_000, 10_000)
+_KINDS = (75, 150, 300, 600)
+"""Numbers of different bays among 600."""
 _POOL = 20_000
 """Designs of a pool: four times the usual number."""
 
@@ -56,15 +61,25 @@ def cpu_seconds(job: Callable[[], object]) -> float:
     return min(times)
 
 
+def megabytes(job: Callable[[], object]) -> float:
+    """Most memory that a job takes at once, after a first one that loads what it needs."""
+    job()
+    tracemalloc.start()
+    try:
+        job()
+        return tracemalloc.get_traced_memory()[1] / 1e6
+    finally:
+        tracemalloc.stop()
+
+
 def exponent(numbers: Sequence[float], seconds: Sequence[float]) -> float:
     """Exponent of the growth of time with a number."""
     return float(np.polyfit(np.log(numbers), np.log(seconds), 1)[0])
 
 
-def of_text(text: str, num_models: int, storeys: int | None = None) -> Callable[[], Forest]:
+def of_text(text: str, num_models: int, **attributes: float) -> Callable[[], Forest]:
     """Derivations of a benchmark's grammar."""
     program = compile_grammar(Grammar.parse(text))
-    attributes = None if storeys is None else {"storeys": float(storeys)}
     lot = (10.0, 10.0) if text == SMALL else _LOT
     return lambda: derive(program, num_models, 1, footprint=lot, attributes=attributes)
 
@@ -106,23 +121,44 @@ def measured() -> dict[str, float]:
     return result | of_pool("building")
 
 
+def memory() -> dict[str, float]:
+    """Megabytes of batches with leaves."""
+    cases = {
+        "building, batch of 64": of_shipped("building", 64),
+        "building, batch of 1,000": of_shipped("building", 1000),
+        "building, batch of 1,000, no leaves": of_shipped("building", 1000, leaves=False),
+        "skyscraper, batch of 1,000": of_shipped("skyscraper", 1000),
+        "4,700 leaves of few meshes, batch of 16": of_text(DRESSED, 16),
+        "3,000 mirrored inserts, batch of 16": of_text(MIRRORED, 16),
+    }
+    return {name: megabytes(job) for name, job in cases.items()}
+
+
 def growth() -> dict[str, float]:
-    """Exponents of the growth with leaves of one model, with inserts that are mirrored, and with the batch."""
+    """Exponents of the growth with leaves, mirrored inserts and different meshes of a model, and with the batch."""
     result: dict[str, float] = {}
     for name, text in (("leaves", DRESSED), ("mirrored inserts", MIRRORED)):
-        jobs = [of_text(text, 4, storeys) for storeys in _STOREYS]
+        jobs = [of_text(text, 4, storeys=storeys) for storeys in _STOREYS]
         result[name] = exponent([len(job().leaves) for job in jobs], [cpu_seconds(job) for job in jobs])
+    jobs = [of_text(VARIED, 4, kinds=kinds) for kinds in _KINDS]
+    result["different meshes"] = exponent(_KINDS, [cpu_seconds(job) for job in jobs])
+    batches = [of_shipped("building", number) for number in _LARGE_BATCHES]
+    result["models of a batch, building"] = exponent(_LARGE_BATCHES, [cpu_seconds(job) for job in batches])
+    result["models of a batch, building, memory"] = exponent(_LARGE_BATCHES, [megabytes(job) for job in batches])
     for name, text in (("models of a batch, leaves", DRESSED), ("models of a batch, inserts", MIRRORED)):
         result[name] = exponent(_BATCHES[1:], [cpu_seconds(of_text(text, number)) for number in _BATCHES[1:]])
     return result
 
 
-def measured_in(checkout: Path) -> dict[str, float]:
-    """`measured` by the package of a checkout, in a process of its own."""
+_UNITS = {"measured": "ms a model", "memory": "MB"}
+
+
+def measured_in(checkout: Path, what: str) -> dict[str, float]:
+    """`measured` or `memory` by the package of a checkout, in a process of its own."""
     here = Path(__file__).parent.parent
     code = (
         f"import json, sys, grammarlab; sys.path.insert(0, {str(here)!r});"
-        "from benchmarks import measure_growth; print(json.dumps(measure_growth.measured()))"
+        f"from benchmarks import measure_growth; print(json.dumps(measure_growth.{what}()))"
     )
     environment = {**os.environ, "PYTHONPATH": str(checkout)}
     command = [sys.executable, "-P", "-c", code]
@@ -130,21 +166,30 @@ def measured_in(checkout: Path) -> dict[str, float]:
     return json.loads(ended.stdout)
 
 
+def compare(other: Path) -> None:
+    """Print time and memory of another checkout and of this one."""
+    here = Path(__file__).parent.parent
+    for what, unit in _UNITS.items():
+        turns = [
+            (measured_in(other, what), measured_in(here, what)) for _ in range(_ROUNDS if what == "measured" else 1)
+        ]
+        for name in turns[0][0]:
+            before, after = (min(turn[side][name] for turn in turns) for side in (0, 1))
+            print(f"{name:52} {before:9.3f} -> {after:9.3f} {unit}, {before / after:6.2f} times less")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--against", type=Path, help="another checkout")
     other = parser.parse_args().against
     if other is None:
-        for name, milliseconds in measured().items():
-            print(f"{name:52} {milliseconds:9.3f} ms a model")
+        for cases, unit in ((measured(), _UNITS["measured"]), (memory(), _UNITS["memory"])):
+            for name, value in cases.items():
+                print(f"{name:52} {value:9.3f} {unit}")
     else:
-        here = Path(__file__).parent.parent
-        turns = [(measured_in(other), measured_in(here)) for _ in range(_ROUNDS)]
-        for name in turns[0][0]:
-            before, after = (min(turn[side][name] for turn in turns) for side in (0, 1))
-            print(f"{name:52} {before:9.3f} -> {after:9.3f} ms a model, {before / after:6.2f} times as fast")
+        compare(other)
     for name, power in growth().items():
-        print(f"exponent of time over {name:30} {power:5.2f}")
+        print(f"exponent over {name:38} {power:5.2f}")
 
 
 if __name__ == "__main__":

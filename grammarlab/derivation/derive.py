@@ -15,7 +15,7 @@ from typing import TypedDict, Unpack, cast, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, offsets_from_counts, row_of_value, take_rows
+from grammarlab.arrays import Floats, distinct, offsets_from_counts, row_of_value, take_rows
 from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.calls.branches import route
@@ -48,6 +48,9 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.randomness import root_keys
 
 _UP = np.array([0.0, 1.0, 0.0])
+_AXES = np.eye(3)
+_SHARE = 1e-5
+"""Tolerance as a share of the value, beside the absolute one."""
 _FLAT_SHARE = 1e-9
 """Largest height of a footprint over its plane that counts as rounding, as a share of its size."""
 NODES_PER_CHUNK = 1_000_000
@@ -375,7 +378,7 @@ def _scopes(footprints: Footprints, frames: FrameTable, meshes: MeshTable) -> tu
     rotation = _rotations(footprints)
     local = _levelled(_times(footprints, rotation), footprints)
     unit, low, size = normalized(_polygons(local, footprints))
-    skew = ~np.isclose(rotation, np.eye(3), atol=1e-12).all(axis=(1, 2))
+    skew = ~_are_near(rotation, _AXES, 1e-12).all(axis=(1, 2))
     frame = np.zeros(len(footprints), dtype=np.int32)
     frame[skew] = frames.add(rotation[skew])
     mesh = np.full(len(footprints), FOOTPRINT, dtype=np.int32)
@@ -414,7 +417,7 @@ def _times(footprints: Footprints, rotation: Floats) -> Floats:
     """
     counts = np.diff(footprints.offsets)
     result = np.empty_like(footprints.points)
-    for count in np.unique(counts).tolist():
+    for count in distinct(counts, int(counts.max(initial=0)) + 1).tolist():
         rows_of_count = np.flatnonzero(counts == count)
         corners = footprints.offsets[rows_of_count][:, None] + np.arange(count)
         result[corners] = footprints.points[corners] @ rotation[rows_of_count]
@@ -467,8 +470,13 @@ def _is_rectangle(unit: Meshes) -> NDArray[np.bool_]:
     four = np.flatnonzero(is_rectangle & (np.diff(unit.face_offsets) == 4))
     corners = unit.points[unit.mesh_points[:-1][four][:, None] + np.arange(4)]
     is_rectangle[:] = False
-    is_rectangle[four] = np.isclose(corners, quad().points, atol=1e-9).all(axis=(1, 2))
+    is_rectangle[four] = _are_near(corners, quad().points, 1e-9).all(axis=(1, 2))
     return is_rectangle
+
+
+def _are_near(values: Floats, expected: Floats, tolerance: float) -> NDArray[np.bool_]:
+    """[..., K] whether values are those expected [..., K]; a tenth of the time of `numpy.isclose` for few of them."""
+    return np.abs(values - expected) <= tolerance + _SHARE * np.abs(expected)
 
 
 def _folder(assets: str | AssetRoot | AssetFolder | None, grammar: Grammar | Program) -> AssetFolder | None:
@@ -506,7 +514,7 @@ def _run(program: Program, workspace: Workspace, starts: Ids) -> None:
     """
     pending, roots = workspace.pending, workspace.roots
     workspace.finish = partial(_finish, program, workspace)
-    different = np.unique(starts).tolist()
+    different = distinct(starts, len(program.rules)).tolist()
     for start in different:
         pending[start].append(roots if len(different) == 1 else roots.take(np.flatnonzero(starts == start)))
     try:

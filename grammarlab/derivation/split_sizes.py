@@ -181,7 +181,8 @@ def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
     inner = [_totals(group.sizes) for group in groups]
     period = _sum([f + w for f, w in inner])
     ideal = len(groups) * (length - fixed - floats) / np.maximum(period, TOLERANCE)
-    ideal = np.where(period > TOLERANCE, np.clip(np.nan_to_num(ideal), 0.0, _MOST_REPEATS), 0.0)
+    # What is not a number counts as no room.
+    ideal = np.where(period > TOLERANCE, np.minimum(np.fmax(ideal, 0.0), _MOST_REPEATS), 0.0)
     if not any(size.floating for e in elements for size in (e.sizes if isinstance(e, SplitRepeat) else (e,))):
         return _share(ideal, len(groups))
     least = 0 if any(isinstance(e, SplitSize) and e.floating for e in elements) else 1
@@ -214,7 +215,10 @@ def _factor(
     """Common factor of all floating sizes under these repeats; very large without floating sizes."""
     room = length - fixed - _sum([count * f for count, (f, _) in zip(counts, inner, strict=True)])
     weights = floats + _sum([count * w for count, (_, w) in zip(counts, inner, strict=True)])
-    return np.divide(room, weights, out=np.full(len(length), 1e300), where=np.broadcast_to(weights > 0.0, len(length)))
+    has_weight = np.greater(weights, 0.0)
+    if has_weight.all():
+        return room / weights
+    return np.divide(room, weights, out=np.full(len(length), 1e300), where=np.broadcast_to(has_weight, len(length)))
 
 
 def _stretch(length: Floats, elements: Sequence[Element], times: Sequence[Ints]) -> Floats:
