@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import colorsys
+import re
 from dataclasses import dataclass
 from zlib import crc32
 
@@ -82,6 +83,15 @@ def look_of(label: str) -> LabelLook:
 def is_door(label: str) -> bool:
     """Whether an element with this label is an entrance, whose number must not change."""
     return any(word in label.lower() for word in ("door", "gate", "portal", "entrance"))
+
+
+def is_sign(label: str) -> bool:
+    """Whether an element with this label bears letters, which are neither cut nor repeated.
+
+    >>> is_sign("signboard"), is_sign("Shop sign"), is_sign("design")
+    (True, True, False)
+    """
+    return re.search(r"\b(sign|advert|banner|logo|lettering|inscription)", label.lower()) is not None
 
 
 def is_opening(label: str) -> bool:

@@ -104,7 +104,7 @@ def best_slabs(
         shops: whether shop windows are openings that are never cut.
     """
     elements = find_elements(before.facade, along, shops=shops)
-    slabs, solid = find_slabs(before.facade, along, elements, locked), elements.node[elements.is_solid]
+    slabs, solid = find_slabs(before.facade, along, elements, locked), elements.uncut
     if careful:
         slabs = _faultless(
             before, facade, along, slabs, solid, 2 if metres > float(before.facade.size[0, along]) else 0
@@ -139,7 +139,7 @@ def changed_slabs(before: Variation, along: int, change: int) -> Iterator[SlabCh
     for counts in {tuple(one.tolist()): None for one in changes if num + change >= 0}:
         copies = np.ones(len(slabs), dtype=np.int64)
         copies[free] += np.array(counts, dtype=np.int64)
-        solid, intervals = elements.node[elements.is_solid], _intervals(slabs, copies, whole)
+        solid, intervals = elements.uncut, _intervals(slabs, copies, whole)
         try:
             variation = composed(before, along, intervals, solid)
         except FacadeError:  # nothing would be left

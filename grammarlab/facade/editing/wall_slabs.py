@@ -2,7 +2,8 @@
 
 Cuts between slabs lie where few openings are, summed over the storeys; a storey with another rhythm bends around its
 openings (`composition.py`). Everything in a slab travels together: a window with its sill, shutters and balcony. What
-is outside of the first and the last slab is a border, and occurs once; so does a slab with a door.
+is outside of the first and the last slab is a border, and occurs once; so does a slab with a door, or with a sign if
+others can be repeated. Signs are not cut either, but they make no columns.
 
 Rows are slabs along y; here they are called columns as well.
 """
@@ -18,7 +19,7 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.facade.editing.grids import is_background, single_shops, topmost
-from grammarlab.facade.looks import covers_opening, is_door, is_opening
+from grammarlab.facade.looks import covers_opening, is_door, is_opening, is_sign
 from grammarlab.facade.tree import TOLERANCE, Facade, Y
 
 _WHOLE_SHARE = 0.9
@@ -66,6 +67,13 @@ class Elements:
     """[E] whether it is never cut: openings, or all elements if there are no openings."""
     is_whole: Flags
     """[E] whether it is about as long as the facade, and belongs to no column."""
+    is_sign: Flags
+    """[E] whether it bears letters."""
+
+    @property
+    def uncut(self) -> Ints:
+        """Nodes that are never cut, ascending: solid ones and signs."""
+        return self.node[self.is_solid | (self.is_sign & ~self.is_whole)]
 
 
 def find_slabs(facade: Facade, along: int, elements: Elements, locked: Collection[int] = ()) -> tuple[Slab, ...]:
@@ -81,7 +89,13 @@ def find_slabs(facade: Facade, along: int, elements: Elements, locked: Collectio
     if not runs:
         return ()
     cuts = _cuts(runs, elements, float(facade.size[0, along]))
-    return _with_borders(_slabs(facade, elements, cuts, locked), elements, along)
+    slabs = _slabs(facade, elements, cuts, locked)
+    without_signs = _with_borders(slabs, elements, along)
+    chosen = _with_borders(_with_signs(slabs, elements), elements, along)
+    # Slivers repeated often are stranger than signs: one usual column has to be left.
+    num_free = sum(not slab.is_fixed for slab in without_signs)
+    is_enough = num_free * _free_openings(chosen, elements) >= max(_free_openings(without_signs, elements), 1)
+    return chosen if is_enough else without_signs
 
 
 def find_elements(facade: Facade, along: int, *, shops: bool = False) -> Elements:
@@ -111,7 +125,16 @@ def find_elements(facade: Facade, along: int, *, shops: bool = False) -> Element
             solid |= single_shops(facade)[node]
     solid = solid if solid.any() else thickness < _WHOLE_SHARE * facade.size[0, 1 - along]
     is_whole = length >= _WHOLE_SHARE * whole
-    return Elements(node, low, low + length, thickness, solid & ~is_whole, is_whole)
+    signs = np.array([*(is_sign(name) for name in facade.labels), False])[facade.label[node]]
+    return Elements(
+        node=node,
+        low=low,
+        high=low + length,
+        thickness=thickness,
+        is_solid=solid & ~is_whole,
+        is_whole=is_whole,
+        is_sign=signs,
+    )
 
 
 def _runs(elements: Elements, tolerance: float) -> list[tuple[float, float]]:
@@ -203,6 +226,24 @@ def _slabs(facade: Facade, elements: Elements, cuts: Sequence[float], locked: Co
             )
         )
     return slabs
+
+
+def _free_openings(slabs: Sequence[Slab], elements: Elements) -> int:
+    """Number of openings in columns that can be repeated."""
+    middle = 0.5 * (elements.low + elements.high)[elements.is_solid]
+    return sum(int(((middle >= slab.begin) & (middle < slab.end)).sum()) for slab in slabs if not slab.is_fixed)
+
+
+def _with_signs(slabs: Sequence[Slab], elements: Elements) -> list[Slab]:
+    """The columns, fixed where most of a sign is, or where they are inside of a long one."""
+    signs = elements.is_sign & ~elements.is_whole
+    low, high = elements.low[signs], elements.high[signs]
+    chosen = []
+    for slab in slabs:
+        overlap = np.minimum(high, slab.end) - np.maximum(low, slab.begin)
+        has_sign = bool((overlap > 0.5 * np.minimum(high - low, slab.length)).any())
+        chosen.append(replace(slab, is_fixed=slab.is_fixed or has_sign))
+    return chosen
 
 
 def _with_borders(slabs: Sequence[Slab], elements: Elements, along: int) -> tuple[Slab, ...]:

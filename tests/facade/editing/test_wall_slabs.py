@@ -170,3 +170,16 @@ def test_columns_with_a_fault_are_left_as_they_are_even_where_whole_shop_windows
     best = edit(house, width=width, most=1)[0]
     assert best.steps == ("facade: column 2 from the left 2 times",)
     assert not best.faults
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.3, 2.0])
+def test_signs_are_neither_cut_nor_repeated_where_other_columns_are(factor: float) -> None:
+    gap, window = leaf("wall", 1.0, 2.0), leaf("window", 1.0, 2.0)
+    row = across(*[part for _ in range(8) for part in (gap, window)], gap)
+    fascia = across(leaf("wall", 4.6, 1.0), leaf("signboard", 4.0, 1.0), leaf("wall", 8.4, 1.0))
+    house = built(stacked(row, fascia, row))
+    changed = edit(house, width=factor * house.width, most=1)[0].facade
+    signs = [node for node in changed.leaves.tolist() if changed.name_of(node) == "signboard"]
+    assert len(signs) == 1
+    assert changed.size[signs[0], X] == pytest.approx(4.0, rel=0.25)
+    assert counts(changed)["window"] != 16
