@@ -38,7 +38,7 @@ class Solid:
     """The surface of one model as a closed mesh, y up, metres from the origin of the model."""
 
     points: Floats
-    """[P, 3] points that differ with 32 bits."""
+    """[P, 3] points that are stored as different ones."""
     triangles: Ints
     """[T, 3] rows of `points`, counter-clockwise from outside; each edge has two triangles."""
     material: NDArray[np.int32]
@@ -81,7 +81,7 @@ def solid_of(scene: Scene) -> Solid:
 
 
 def apart(points: Floats, triangles: Ints) -> Floats:
-    """Points of which no two that are one with 32 bits make an edge of more than two triangles.
+    """Points of which no two that are stored as one make an edge of more than two triangles.
 
     Surfaces that only touch along an edge are two surfaces here, but not in files without indices, nor to programs that
     join equal points. They draw back from such edges, by `_GAP`.
@@ -91,7 +91,7 @@ def apart(points: Floats, triangles: Ints) -> Floats:
         triangles: [T, 3] rows of points, each edge with two triangles.
     """
     for _ in range(_MOST_ROUNDS):
-        proper, places = distinct_corners(points.astype(np.float32), triangles)
+        proper, places = distinct_corners(stored(points), triangles)
         _, edge, counts = np.unique(np.sort(_edges(places), axis=1), axis=0, return_inverse=True, return_counts=True)
         touching = np.unique(_edges(triangles[proper])[counts[edge.ravel()] > 2])
         if not len(touching):
@@ -106,11 +106,19 @@ def apart(points: Floats, triangles: Ints) -> Floats:
 
 
 def _welded(points: Floats, triangles: Ints, material: NDArray[np.int32]) -> Solid:
-    """A solid whose points differ with 32 bits, which most programs keep, without triangles that then have no area."""
-    rounded = points.astype(np.float32)
+    """A solid whose points are stored as different ones, without triangles that then have no area."""
+    rounded = stored(points)
     proper, places = distinct_corners(rounded, triangles)
     used, rows = np.unique(places, return_inverse=True)
     return Solid(np.unique(rounded, axis=0)[used].astype(np.float64), rows.reshape(-1, 3), material[proper])
+
+
+def stored(points: Floats) -> NDArray[np.float32]:
+    """Points as files keep them and programs read them: with 32 bits, and in micrometres where these are finer.
+
+    Near 0, numbers of 32 bits differ by less than programs need to tell points from each other.
+    """
+    return np.round(points, 6).astype(np.float32)
 
 
 def distinct_corners(points: NDArray[np.floating], triangles: Ints) -> tuple[Ints, Ints]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.export.model_files import AbstractWriter, Output
-from grammarlab.export.printable_solids import apart, distinct_corners, solid_of, z_up
+from grammarlab.export.printable_solids import apart, distinct_corners, solid_of, stored, z_up
 from grammarlab.scene import Scene, TriangleBatch
 
 _FACE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
@@ -36,8 +36,8 @@ class StlWriter(AbstractWriter):
     def add(self, scene: Scene, batch: TriangleBatch, name: str, offset: NDArray[np.float64]) -> None:
         """See `AbstractWriter.add`."""
         solid = solid_of(scene)
-        points = z_up(apart(solid.points + offset, solid.triangles)).astype(np.float32)
-        # Points that are one with 32 bits make triangles without an area, beside which programs find holes.
+        points = stored(z_up(apart(solid.points + offset, solid.triangles)))
+        # Points that are stored as one make triangles without an area, beside which programs find holes.
         corners = points[solid.triangles[distinct_corners(points, solid.triangles)[0]]]
         turn = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         length = np.linalg.norm(turn, axis=1, keepdims=True)

@@ -49,9 +49,11 @@ def test_an_open_shell_has_walls_and_stays_hollow():
     assert mesh.volume == pytest.approx(20 * 20 * 6 - 19.6 * 19.6 * 5.8, rel=5e-3)
 
 
-def test_points_that_are_one_in_the_32_bits_of_an_stl_leave_no_holes(tmp_path, monkeypatch):
-    """A tetrahedron with a point on an edge, a nanometre from its end."""
-    points = np.array([[9.0, 5, 0], [9, 6, 0], [10, 5, 0], [9, 5, 1], [9, 5 + 1e-9, 0]])
+@pytest.mark.parametrize("corner", [(9.0, 5.0), (0.0, 0.0)], ids=["one in 32 bits", "one for programs"])
+def test_points_that_are_nearly_one_leave_no_holes_in_an_stl(tmp_path, monkeypatch, corner):
+    """A tetrahedron with a point on an edge, a nanometre from its end; near 0 that is two numbers of 32 bits."""
+    points = np.array([[0.0, 0, 0], [0, 1, 0], [1, 0, 0], [0, 0, 1], [0, 1e-9, 0]])
+    points[:, :2] += corner
     triangles = np.array([[0, 4, 2], [4, 1, 2], [0, 3, 4], [4, 3, 1], [1, 3, 2], [3, 0, 2]])
     solid = Solid(points, triangles, np.zeros(6, np.int32))
     assert trimesh.Trimesh(points, triangles, process=False).is_watertight
