@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, index_in_row, offsets_from_counts, row_of_value, take_rows
-from grammarlab.geometry.meshes.edges import Edges, faces_at_boundary
+from grammarlab.geometry.meshes.edges import Edges, faces_at_boundary, in_rings
 from grammarlab.geometry.meshes.edges import edges as edge_table
 from grammarlab.geometry.meshes.measure import corner_edges, face_normals
 from grammarlab.geometry.meshes.mesh import BORDER, INSIDE, Indices, Meshes
@@ -186,12 +186,12 @@ def vertices(meshes: Meshes) -> ComponentMeshes:
 
 
 def face_edges(meshes: Meshes) -> ComponentMeshes:
-    """Every edge of every face, in the order of their first corners; shared edges once per face.
+    """Every edge of every face, in the order of their first corners, those of holes last; shared edges once per face.
 
     Bridges between an outline and its hole are left out.
     """
     table = edge_table(meshes)
-    rows = np.flatnonzero(table.edge_of_corner >= 0)
+    rows, _ = in_rings(meshes, table.edge_of_corner)
     start, along, normals = _around_faces(meshes)
     along, normals, start = along.take(rows, axis=0), normals.take(rows, axis=0), start.take(rows, axis=0)
     parts, size = _segments(norm(along))

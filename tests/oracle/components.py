@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.geometry.meshes.mesh import BORDER, INSIDE
-from tests.oracle.shape import Mesh, Shape, Vector, normal
+from tests.oracle.shape import Mesh, Shape, Vector, normal, outline_then_holes
 from tests.oracle.streets import face_side, segment_side
 
 TIE = 1e-6
@@ -85,12 +85,12 @@ def _is_eave(mesh: Mesh, start: Vector, end: Vector, normals: list[Vector]) -> b
 
 
 def face_edge_components(shape: Shape) -> list[Component]:
-    """Every edge of every face: x along it, z out of the face in its plane. Bridges to holes are left out."""
+    """Every edge of every face, those of its holes last: x along it, z out of the face in its plane."""
     faces_by_edge = _faces_by_edge(shape.mesh)
     result = []
     for face in shape.mesh.faces:
         up = normal([shape.mesh.points[i] for i in face])
-        for a, b in zip(face, face[1:] + face[:1], strict=True):
+        for a, b in outline_then_holes(face):
             at = faces_by_edge.get((a, b), faces_by_edge.get((b, a)))
             if at is not None:
                 start, end = shape.mesh.points[a], shape.mesh.points[b]

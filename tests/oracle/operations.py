@@ -12,7 +12,7 @@ from grammarlab.geometry.meshes.primitives import builtin_asset, natural_size
 from grammarlab.language.syntax.syntax_tree import Binary, Expression, Floating, Name, Relative
 from tests.oracle.components import unit
 from tests.oracle.expressions import Scope, evaluate, number
-from tests.oracle.shape import AXES, Mesh, Shape, Value, Vector, newell, normal
+from tests.oracle.shape import AXES, Mesh, Shape, Value, Vector, newell, normal, outline_then_holes
 from tests.oracle.trims import trimmed
 
 KEYWORDS = {
@@ -185,7 +185,7 @@ def frame_from_y(y: Vector, x: Vector) -> np.ndarray:
 def extruded(mesh: Mesh, shift: Vector) -> Mesh:
     """The faces, the moved faces and walls over border edges, all looking outwards; turned over, first edges stay."""
     count = len(mesh.points)
-    edges = [(a, b) for face in mesh.faces for a, b in zip(face, face[1:] + face[:1], strict=True)]
+    edges = [edge for face in mesh.faces for edge in outline_then_holes(face)]
     border = [(a, b) for a, b in edges if (b, a) not in edges]
     outwards = np.dot(normal(mesh.polygon(0)), shift) > 0.0
     walls = [(a, b, b + count, a + count) if outwards else (b, a, a + count, b + count) for a, b in border]

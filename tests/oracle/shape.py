@@ -212,3 +212,18 @@ def initial_shape(footprint: tuple[float, float] | np.ndarray, key: np.ndarray) 
     local = Mesh(tuple(np.array(p) @ rotation for p in points), (tuple(points.index(p) for p in visited),))
     fitted = Shape(np.zeros(3), rotation, np.zeros(3), local, rotation, np.zeros(3), key=key).fitted()
     return replace(fitted, pivot_position=fitted.position)
+
+
+def outline_then_holes(face: tuple[int, ...]) -> list[tuple[int, int]]:
+    """The edges of a face without the bridges to its holes, those of its outline first."""
+    passed = list(zip(face, face[1:] + face[:1], strict=True))
+    rest = [(a, b) for a, b in passed if (b, a) not in passed]
+    edges: list[tuple[int, int]] = []
+    while rest:
+        first = rest.pop(0)
+        edges.append(first)
+        while edges[-1][1] != first[0]:
+            following = next(edge for edge in rest if edge[0] == edges[-1][1])
+            rest.remove(following)
+            edges.append(following)
+    return edges

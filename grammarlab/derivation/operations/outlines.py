@@ -27,6 +27,7 @@ from grammarlab.derivation.state.mesh_table import add_faces, normalized, replac
 from grammarlab.derivation.state.shapes import Shapes
 from grammarlab.geometry.components import extract_faces
 from grammarlab.geometry.meshes.edges import edges as edge_table
+from grammarlab.geometry.meshes.edges import in_rings
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.planar import regroup
 from grammarlab.geometry.selectors import ORIENTATIONS
@@ -165,17 +166,31 @@ def _edges(call: BoundCall, head: Head, meshes: Meshes, outward: NDArray[np.floa
 
     if head.condition is not None:
         # Bridges between an outline and its hole cannot be selected.
-        corners = np.flatnonzero(edge_table(meshes).edge_of_corner >= 0)
+        corners, _ = in_rings(meshes, edge_table(meshes).edge_of_corner)
         parts, number = edges_of_faces(call)
         flags = np.zeros(len(outward), dtype=bool)
         flags[corners] = selected(call, head.condition, parts, number, lambda word: picked(word)[corners])
         return flags
     if head.argument.keyword:
         return picked(str(head.argument.value))
-    counts = np.diff(meshes.face_offsets)[meshes.face_of_corner()]
-    position = np.arange(len(outward)) - meshes.face_offsets[:-1][meshes.face_of_corner()]
+    face = meshes.face_of_corner()
+    number = _edge_numbers(meshes, meshes.face_offsets[:-1])
+    counts = np.bincount(face[number >= 0], minlength=meshes.num_faces)[face]
     index = np.rint(call.column(head.argument)).astype(np.int64)[mesh]
-    return position == index % np.maximum(counts, 1)
+    return number == index % np.maximum(counts, 1)
+
+
+def _edge_numbers(meshes: Meshes, starts: Rows) -> Rows:
+    """[C] number of the edge that leaves each corner, from 0 at each of these corners [K]; -1 for bridges to holes.
+
+    The edges of a face count from its first corner on, those of its holes last.
+    """
+    table = edge_table(meshes)
+    corners, _ = in_rings(meshes, table.edge_of_corner)
+    number = np.full(len(meshes.corners), -1, dtype=np.int64)
+    group = np.searchsorted(starts, corners, side="right")
+    number[corners] = np.arange(len(corners)) - np.searchsorted(group, group)
+    return number
 
 
 def edges_towards(call: BoundCall, selectors: Sequence[str], meshes: Meshes) -> NDArray[np.bool_]:
@@ -215,16 +230,13 @@ def edge_values(
     value = argument.value
     if not is_table(value):
         return call.column(argument)[mesh]
-    is_edge = edge_table(meshes).edge_of_corner >= 0
-    before = np.cumsum(is_edge) - is_edge
-    first = np.searchsorted(mesh, np.arange(len(meshes)))
-    position = before - np.append(before, 0)[first][mesh]
+    position = _edge_numbers(meshes, np.searchsorted(mesh, np.arange(len(meshes))))
     table, distances = np.asarray(value)[mesh], np.full(len(mesh), default)
     for number in np.unique(table).tolist():
         array = call.workspace.tables[number]
         if array.kind != "float":
             raise call.error(f"{call.name} expected numbers, found an array of the type {array.kind}")
-        has_distance = is_edge & (table == number) & (position < len(array.cells))
+        has_distance = (position >= 0) & (table == number) & (position < len(array.cells))
         distances[has_distance] = np.array(array.cells, dtype=np.float64)[position[has_distance]]
     return distances
 

@@ -22,7 +22,7 @@ from grammarlab.geometry.meshes.edges import joined
 from grammarlab.geometry.meshes.measure import area_vectors, is_closed
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Indices, Meshes, Soup
 from grammarlab.geometry.meshes.ragged import cycles, distinct_keys, max_rows, next_in_row, sum_rows
-from grammarlab.geometry.meshes.triangulate import contains, keyhole
+from grammarlab.geometry.meshes.triangulate import contains, joined_over_bridges, keyhole
 from grammarlab.geometry.meshes.vectors import any_normal, cross, dot
 
 _TOLERANCE = 1e-9
@@ -426,6 +426,10 @@ def _rejoined(walk: _Walk, points: Floats, normals: Floats) -> Soup:
         points: [P, 3] the table of points in metres, new ones included.
         normals: [M, 3] normal of the plane that cuts each mesh.
     """
+    bridged = _bridged(walk)
+    if bridged.any() and not bridged.all():
+        parts = [_rejoined(_walk_of_faces(walk, np.flatnonzero(f)), points, normals) for f in (~bridged, bridged)]
+        return Soup.concatenate(parts)
     faces = walk.faces
     face = row_of_value(np.diff(faces.offsets))
     along = cross(area_vectors(faces.as_one_mesh(points)), normals[faces.mesh])
@@ -447,6 +451,10 @@ def _rejoined(walk: _Walk, points: Floats, normals: Floats) -> Soup:
     renumbered = np.empty(len(rows), np.int64)
     renumbered[nodes] = np.arange(len(nodes))
     cycle, loop_offsets = cycles(renumbered[successor[nodes]])
+    at_cut = np.zeros(len(loop_offsets) - 1, np.bool_)
+    if bridged.any():
+        node_face, exits = face[nodes // 2], renumbered[2 * gaps.leaving + 1]
+        cycle, loop_offsets, at_cut = joined_over_bridges(cycle, loop_offsets, rows[nodes], node_face, exits)
     root = nodes[cycle[loop_offsets[:-1]]]
     source = face[root // 2]
     data = _with_edges(walk, nodes[cycle], source)
@@ -455,7 +463,18 @@ def _rejoined(walk: _Walk, points: Floats, normals: Floats) -> Soup:
     has_first = (root == chains[offsets[:-1]][source]) & (root // 2 == faces.offsets[:-1][source])
     keeps_first = np.zeros(len(offsets) - 1, bool)
     keeps_first[source[has_first]] = True
-    return loops.begun_earlier(~keeps_first[source]).without_repeats()
+    return loops.begun_earlier(~keeps_first[source] & ~at_cut).without_repeats()
+
+
+def _bridged(walk: _Walk) -> Flags:
+    """[F] whether faces pass an edge in both directions: the bridge to a hole."""
+    faces = walk.faces
+    face, start, end = row_of_value(np.diff(faces.offsets)), faces.rows, faces.rows.take(walk.following)
+    sides = np.column_stack((face, np.minimum(start, end), np.maximum(start, end)))
+    distinct, counts = np.unique(sides, axis=0, return_counts=True)
+    flags = np.zeros(len(faces.offsets) - 1, np.bool_)
+    flags[distinct[counts > 1, 0]] = True
+    return flags
 
 
 @dataclass(frozen=True, slots=True)

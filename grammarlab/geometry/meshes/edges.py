@@ -12,6 +12,8 @@ from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.ragged import any_rows, next_in_row
 from grammarlab.geometry.meshes.vectors import norm
 
+Flags = NDArray[np.bool_]
+
 
 @dataclass(frozen=True, slots=True)
 class Edges:
@@ -94,6 +96,38 @@ def num_holes(meshes: Meshes) -> Indices:
     bridges = edges(meshes).edge_of_corner < 0
     owner = meshes.mesh_of_face()[meshes.face_of_corner()[bridges]]
     return np.bincount(owner, minlength=len(meshes)) // 2
+
+
+def in_rings(meshes: Meshes, edge_of_corner: Indices) -> tuple[Indices, Flags]:
+    """Corners from which edges leave, face by face: first those of its outline, then those of its holes.
+
+    Args:
+        meshes: M meshes.
+        edge_of_corner: `Edges.edge_of_corner` of them.
+
+    Returns:
+        [K] the corners, and whether the edge that leaves each is one of a hole.
+    """
+    is_bridge = edge_of_corner < 0
+    ring = np.zeros(len(is_bridge), np.int64)
+    here, following = meshes.corner_points(), next_in_row(meshes.face_offsets)
+    for face in np.unique(meshes.face_of_corner()[is_bridge]).tolist():
+        num_rings = 1
+        # The rings that the walk is within, each entered over the bridge between these points.
+        inside = [(0, frozenset[int]())]
+        for corner in range(meshes.face_offsets[face], meshes.face_offsets[face + 1]):
+            ends = frozenset((int(here[corner]), int(here[following[corner]])))
+            if not is_bridge[corner]:
+                ring[corner] = inside[-1][0]
+            elif inside[-1][1] == ends:
+                inside.pop()
+            else:
+                inside.append((num_rings, ends))
+                num_rings += 1
+    corners = np.flatnonzero(~is_bridge)
+    if is_bridge.any():
+        corners = corners[np.lexsort((ring[corners], meshes.face_of_corner()[corners]))]
+    return corners, ring[corners] > 0
 
 
 def is_closed_surface(meshes: Meshes) -> NDArray[np.bool_]:

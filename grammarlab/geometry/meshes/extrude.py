@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, offsets_from_counts, row_lengths, take_rows
-from grammarlab.geometry.meshes.edges import edges
+from grammarlab.geometry.meshes.edges import edges, in_rings
 from grammarlab.geometry.meshes.measure import area_vectors, face_normals
 from grammarlab.geometry.meshes.mesh import BOTTOM, INNER_WALL, OUTER_WALL, TOP, Indices, Meshes, Soup
 from grammarlab.geometry.meshes.ragged import any_rows, next_in_row, sum_rows
@@ -149,10 +149,10 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags, roles: bool) -> Meshes:
     outwards = dot(shift.take(here, axis=0), area_vectors(meshes).take(face, axis=0))
     inwards = sum_rows(outwards, meshes.face_offsets) < 0.0
 
-    edge = table.edge_of_corner
     moving = moves[of_face]
-    at_boundary = (edge >= 0) & table.is_boundary[np.maximum(edge, 0)] if len(table) else edge >= 0
-    corner = np.flatnonzero(moving[face] & at_boundary)
+    corner, of_hole = in_rings(meshes, table.edge_of_corner)
+    has_wall = moving[face[corner]] & table.is_boundary[table.edge_of_corner[corner]]
+    corner, of_hole = corner[has_wall], of_hole[has_wall]
     walls = np.column_stack((here, here[following], above[following], above))[corner]
     # A reversed wall still begins with its edge on the face.
     turned = inwards[face[corner]]
@@ -172,7 +172,7 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags, roles: bool) -> Meshes:
     names = meshes.tags - meshes.roles
     wall_tags = names[face[corner]]
     if roles:
-        wall_tags = wall_tags + np.where(along_holes(meshes, edge)[corner], INNER_WALL, OUTER_WALL)
+        wall_tags = wall_tags + np.where(of_hole, INNER_WALL, OUTER_WALL)
     parts = [
         replace(_reordered(whole, here, towards_bottom), tags=names + (BOTTOM if roles else 0)).where(solid),
         replace(_reordered(whole, above, towards_top), tags=names + (TOP if roles else 0)).where(solid),
@@ -184,24 +184,6 @@ def _prisms(meshes: Meshes, shift: Floats, moves: Flags, roles: bool) -> Meshes:
         faces = faces.without_repeats()
     points = np.concatenate((meshes.points, meshes.points + shift))
     return faces.meshes(points, np.tile(meshes.mesh_of_point(), 2), len(meshes))
-
-
-def along_holes(meshes: Meshes, edge_of_corner: Indices) -> Flags:
-    """[C] whether the edge that leaves each corner is one of a hole: the outline passed an odd number of bridges."""
-    is_bridge = edge_of_corner < 0
-    flags = np.zeros(len(is_bridge), bool)
-    here, following = meshes.corner_points(), next_in_row(meshes.face_offsets)
-    for face in np.unique(meshes.face_of_corner()[is_bridge]).tolist():
-        open_bridges: list[frozenset[int]] = []
-        for corner in range(meshes.face_offsets[face], meshes.face_offsets[face + 1]):
-            ends = frozenset((int(here[corner]), int(here[following[corner]])))
-            if not is_bridge[corner]:
-                flags[corner] = bool(open_bridges)
-            elif open_bridges and open_bridges[-1] == ends:
-                open_bridges.pop()
-            else:
-                open_bridges.append(ends)
-    return flags
 
 
 def _reordered(faces: Soup, rows: Indices, corners: Indices) -> Soup:

@@ -8,9 +8,8 @@ import numpy as np
 from shapely import Polygon, get_parts, make_valid, set_precision, union_all
 from shapely.geometry.polygon import orient
 
-from grammarlab.arrays import Floats
-from grammarlab.geometry.meshes.edges import edges
-from grammarlab.geometry.meshes.extrude import along_holes
+from grammarlab.arrays import Floats, offsets_from_counts
+from grammarlab.geometry.meshes.edges import edges, in_rings
 from grammarlab.geometry.meshes.flat_patches import faces_within
 from grammarlab.geometry.meshes.mesh import Meshes, Soup
 
@@ -55,13 +54,13 @@ def without_holes(meshes: Meshes) -> Meshes:
     table = edges(meshes)
     if bool((table.edge_of_corner >= 0).all()):
         return meshes
-    is_outer = (table.edge_of_corner >= 0) & ~along_holes(meshes, table.edge_of_corner)
+    corners, of_hole = in_rings(meshes, table.edge_of_corner)
     faces = Soup.of_faces(meshes, np.arange(meshes.num_faces))
-    kept = np.flatnonzero(is_outer)
-    counts = np.add.reduceat(is_outer, meshes.face_offsets[:-1]) if meshes.num_faces else np.zeros(0, np.int64)
+    kept = corners[~of_hole]
+    counts = np.bincount(meshes.face_of_corner()[kept], minlength=meshes.num_faces)
     outlines = Soup(
         rows=faces.rows[kept],
-        offsets=np.append(0, np.cumsum(counts)),
+        offsets=offsets_from_counts(counts),
         mesh=faces.mesh,
         rank=faces.rank,
         tags=faces.tags,

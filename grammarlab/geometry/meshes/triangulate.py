@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, index_in_row, row_of_value, take_rows
+from grammarlab.arrays import Flags, Floats, index_in_row, offsets_from_counts, row_of_value, take_rows
 from grammarlab.geometry.meshes.measure import face_normals, is_reflex
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.ragged import sum_rows
@@ -43,8 +43,8 @@ def triangulate(meshes: Meshes) -> tuple[Indices, Indices]:
 def keyhole(rings: Sequence[Floats]) -> Indices:
     """One cycle around an outline and all its holes.
 
-    Holes are joined in descending order of their largest x; each is joined from its corner of largest x to the nearest
-    visible corner.
+    Holes are joined in descending order of their largest x; each is joined to the nearest visible corner from its first
+    corner, or from that of largest x if the first sees none.
 
     Args:
         rings: [n, 2] corners of the outline, counter-clockwise, then of each hole, clockwise.
@@ -59,12 +59,75 @@ def keyhole(rings: Sequence[Floats]) -> Indices:
     )
     walk = np.arange(starts[1])
     for hole in sorted(range(1, len(rings)), key=lambda k: -float(rings[k][:, 0].max())):
-        tip = int(starts[hole] + np.argmax(rings[hole][:, 0]))
-        ring = np.roll(np.arange(starts[hole], starts[hole + 1]), -(tip - starts[hole]))
-        index = _visible(points, walk, edges, tip)
-        walk = np.concatenate((walk[: index + 1], ring, [tip], walk[index:]))
+        farthest = int(np.argmax(rings[hole][:, 0]))
+        # Only the corner of largest x surely sees a corner of the walk: others may see just holes that are not in it.
+        for first in (0, farthest):
+            tip = int(starts[hole]) + first
+            index = _visible(points, walk, edges, tip)
+            if index is not None:
+                break
+        else:
+            first, index = farthest, _nearest(points, walk, tip)[0]
+        ring = np.roll(np.arange(starts[hole], starts[hole + 1]), -first)
+        # The cycle begins with the first edge of the outline, which is never a bridge.
+        head, tail = (walk[: index + 1], walk[index:]) if index else (np.append(walk, walk[0]), walk[:0])
+        walk = np.concatenate((head, ring, [tip], tail))
         edges = np.vstack((edges, [[walk[index], tip]]))
     return walk
+
+
+def joined_over_bridges(
+    cycle: Indices, offsets: Indices, row: Indices, face: Indices, exits: Indices
+) -> tuple[Indices, Indices, Flags]:
+    """Loops that a cut leaves of faces with holes: those on both sides of an opened bridge are one.
+
+    A loop that passes the cut begins with its first part, as in the runtime.
+
+    Args:
+        cycle: [N] nodes, loop after loop.
+        offsets: [L + 1] into `cycle`.
+        row: [N] point of each node.
+        face: [N] face of each node; all of them have bridges.
+        exits: nodes at which loops leave for the cut, the first part last.
+
+    Returns:
+        The loops, and whether each begins at the cut.
+    """
+    loops = [cycle[a:b].tolist() for a, b in pairwise(offsets.tolist())]
+    of_loop = face[cycle[offsets[:-1]]]
+    for number in np.unique(of_loop).tolist():
+        members = np.flatnonzero(of_loop == number).tolist()
+        while (opened := _opened(loops, members, row)) is not None:
+            (one, i), (other, k) = opened
+            # Without the bridge, and with its ends once.
+            whole = [*loops[one][i + 1 :], *loops[one][: i + 1]]
+            rest = [*loops[other][k + 1 :], *loops[other][: k + 1]]
+            loops[one], loops[other] = [*whole, *rest[1:-1]], []
+            members.remove(other)
+    remaining = [loop for loop in loops if loop]
+    at_cut = np.zeros(len(remaining), np.bool_)
+    rank = {node: i for i, node in enumerate(exits.tolist())}
+    for number, loop in enumerate(remaining):
+        start = max(range(len(loop)), key=lambda i: rank.get(loop[i], -1))
+        at_cut[number] = loop[start] in rank
+        remaining[number] = [*loop[start:], *loop[:start]] if at_cut[number] else loop
+    flat = np.array([node for loop in remaining for node in loop], np.int64)
+    return flat, offsets_from_counts(np.array([len(loop) for loop in remaining], np.int64)), at_cut
+
+
+def _opened(
+    loops: Sequence[Sequence[int]], members: Sequence[int], row: Indices
+) -> tuple[tuple[int, int], tuple[int, int]] | None:
+    """Two loops of a face that pass an edge in opposite directions: both loops, and the nodes where it begins."""
+    passed: dict[tuple[int, int], tuple[int, int]] = {}
+    for number in members:
+        ends = [int(row[node]) for node in loops[number]]
+        for i, arc in enumerate(zip(ends, [*ends[1:], ends[0]], strict=True)):
+            opposite = passed.get((arc[1], arc[0]))
+            if opposite is not None and opposite[0] != number:
+                return opposite, (number, i)
+            passed[arc] = (number, i)
+    return None
 
 
 def contains(outline: Floats, inner: Floats) -> bool:
@@ -156,14 +219,18 @@ def _spans(offsets: NDArray[np.integer]) -> list[tuple[int, int]]:
     return list(pairwise(offsets.tolist()))
 
 
-def _visible(points: Floats, walk: Indices, edges: Indices, tip: int) -> int:
+def _visible(points: Floats, walk: Indices, edges: Indices, tip: int) -> int | None:
     """Index in the walk of the nearest corner to which a bridge from the tip crosses no edge."""
-    distance = np.hypot(*(points[walk] - points[tip]).T)
-    order = np.argsort(distance, kind="stable")
-    for index in order.tolist():
+    for index in _nearest(points, walk, tip):
         if _in_corner(points, walk, index, tip) and not _is_blocked(points, edges, int(walk[index]), tip):
             return index
-    return int(order[0])
+    return None
+
+
+def _nearest(points: Floats, walk: Indices, tip: int) -> list[int]:
+    """Indices in the walk, the corners nearest to the tip first."""
+    distance = np.hypot(*(points[walk] - points[tip]).T)
+    return np.argsort(distance, kind="stable").tolist()
 
 
 def _in_corner(points: Floats, walk: Indices, index: int, tip: int) -> bool:

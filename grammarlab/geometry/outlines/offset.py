@@ -98,9 +98,8 @@ def _shrunk(xy: Floats, distance: float) -> Patch | None:
     result = sweep([xy[ring] for ring in loops], [1.0] * len(corners), distance)
     if result is None:
         return None
-    order = np.argsort(corners)
-    inner = fill(result.xy, result.rest_from_first_edge(corners))
-    border = [face for edge in order for face in result.faces[edge]]
+    inner = fill(result.xy, result.rest_from_first_edge(range(len(corners))))
+    border = [face for faces in result.faces for face in faces]
     tags = (BORDER,) * len(border) + (INSIDE,) * len(inner)
     return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), (*border, *inner), tags)
 

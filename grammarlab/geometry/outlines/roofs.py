@@ -122,7 +122,10 @@ def roof_pyramid(meshes: Meshes, value: Floats | float, by: By = "angle") -> Mes
         DerivationError: If a value is not finite.
     """
     (amount,) = _per_face(meshes, value)
-    return plain_roofs.pyramids(meshes, _limited(amount, by, 0.0), by == "height")
+    # Imported here: it loads shapely.
+    from grammarlab.geometry.meshes.shadows import without_holes  # noqa: PLC0415
+
+    return plain_roofs.pyramids(without_holes(meshes), _limited(amount, by, 0.0), by == "height")
 
 
 def taper(meshes: Meshes, heights: Floats) -> Meshes:

@@ -141,7 +141,7 @@ def _rectangle_pieces(names: Sequence[int]) -> tuple[list[Loop], list[int]]:
     inner = [4 + i if max(names[i], names[i - 1]) >= 0 else i for i in range(4)]
     strips = {i: ((i, (i + 1) % 4, inner[(i + 1) % 4], inner[i]),) for i in range(4) if names[i] >= 0}
     if list(names) == [0, 0, 0, 0]:
-        pieces: list[tuple[int, Loop]] = [(0, (0, 1, 2, 3, 0, 4, 7, 6, 5, 4))]
+        pieces: list[tuple[int, Loop]] = [(0, (0, 1, 5, 4, 7, 6, 5, 1, 2, 3))]
     else:
         pieces = sorted(
             piece for loops, edge_of in _joined(strips, names) for piece in _from_first_edge(loops, edge_of)
@@ -175,19 +175,27 @@ def _joined(
 def _merged(xy: Floats, areas: Sequence[Loop], num_corners: int) -> list[Loop]:
     """The outlines of areas, also where an edge of one is a part of an edge of another.
 
-    The areas have no corners there, but for those of the polygon, which are the first of the nodes.
+    The outlines have no corners there, but for those of the polygon, which are the first of the nodes, and for the
+    places to which its corners in straight lines move.
     """
     slack = RELATIVE_TOLERANCE * float(np.ptp(xy, axis=0).max())
     first = merged_points(np.column_stack((xy, np.zeros(len(xy)))), slack).tolist()
     welded = [tuple(first[node] for node in area) for area in areas]
     nodes = sorted({node for area in welded for node in area})
     divided = [tuple(node for arc in _arcs(area) for node in _divided(xy, arc, nodes, slack)) for area in welded]
+    from_corner = {area[0]: area for area in welded}
+    to_corner = {area[1]: area for area in welded}
+    straight = {
+        from_corner[corner][-1]
+        for corner in from_corner.keys() & to_corner.keys()
+        if _is_between(xy[corner], xy[to_corner[corner][0]], xy[from_corner[corner][1]], slack)[0]
+    }
     outlines = []
     for loop in merge(divided):
         bends = tuple(
             node
             for before, node, after in zip((loop[-1], *loop[:-1]), loop, (*loop[1:], loop[0]), strict=True)
-            if node < num_corners or not _is_between(xy[node], xy[before], xy[after], slack)[0]
+            if node < num_corners or node in straight or not _is_between(xy[node], xy[before], xy[after], slack)[0]
         )
         outlines.append(bends)
     return outlines
@@ -242,17 +250,18 @@ def _setback_patch(xy: Floats, steps: Sequence[float], names: Sequence[int]) -> 
     if result is None:
         whole = tuple(range(len(xy)))
         return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
-    strips = {corner: result.faces[i] for i, corner in enumerate(corners) if steps[corner] > 0.0 and result.faces[i]}
+    strips = {i: result.faces[i] for i, corner in enumerate(corners) if steps[corner] > 0.0 and result.faces[i]}
     pieces = sorted(
         piece
-        for loops, edge_of in _joined(strips, names, result.xy, len(corners))
+        for loops, edge_of in _joined(strips, [names[corner] for corner in corners], result.xy, len(corners))
         for piece in _from_first_edge(fill(result.xy, loops), edge_of)
     )
     kept = _half_moved(loops, xy, steps)
-    rest = fill(result.xy, result.rest_from_first_edge(corners))
+    rest = fill(result.xy, result.rest_from_first_edge(range(len(corners))))
     pieces += [(REMAINDER, _with_corners(result.xy, face, kept)) for face in rest]
     faces = tuple(face for _, face in pieces)
-    return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), faces, (0,) * len(faces)), [e for e, _ in pieces]
+    leads = [REMAINDER if edge == REMAINDER else corners[edge] for edge, _ in pieces]
+    return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), faces, (0,) * len(faces)), leads
 
 
 def _half_moved(loops: Sequence[Sequence[int]], xy: Floats, steps: Sequence[float]) -> list[int]:

@@ -157,3 +157,94 @@ def test_a_gable_with_an_index_is_one_of_two_also_on_a_triangle(footprint, area)
         "Roof --> roofGable(45, 0, 0, false, 0) s('1, 5, '1) comp(f) { bottom : NIL | all : A }"
     )
     assert measured(rules, footprint)[1] == pytest.approx(area, abs=2e-3)
+
+
+COURT = np.array(
+    [
+        [0.0, 0, 0],
+        [0, 0, 26],
+        [34, 0, 26],
+        [34, 0, 0],
+        [0, 0, 0],
+        [12, 0, 9],
+        [22, 0, 9],
+        [22, 0, 17],
+        [12, 0, 17],
+        [12, 0, 9],
+    ]
+)
+"""A rectangle with a rectangular hole, joined at its first corner."""
+
+
+def starts(rules: str, footprint: np.ndarray) -> list[list[float]]:
+    """The first corner (x, z) of each leaf."""
+    meshes = world_meshes(derive(Grammar.parse(rules), 1, seed=0, footprint=footprint))
+    first = meshes.face_offsets[meshes.mesh_faces[:-1]]
+    return meshes.points[meshes.corner_points()[first]][:, [0, 2]].round(6).tolist()
+
+
+def test_walls_of_holes_come_last_as_in_the_other_runtime():
+    corners = [[0, 0], [0, 26], [34, 26], [34, 0], [12, 9], [22, 9], [22, 17], [12, 17]]
+    assert starts("Lot --> extrude(10) comp(f) { side : A. }", COURT) == corners
+    assert starts("Lot --> comp(fe) { all : A. }", COURT) == corners
+
+
+@pytest.mark.parametrize(
+    ("footprint", "outline"),
+    [
+        (RECTANGLE, [[3, 3], [3, 17], [27, 17], [27, 3], [11.4, 12.1], [11.4, 7.9], [18.6, 7.9], [18.6, 12.1]]),
+        (COURT, [[3, 3], [3, 23], [31, 23], [31, 3], [9, 6], [25, 6], [25, 20], [9, 20]]),
+    ],
+)
+def test_edges_of_wings_around_a_hole_are_numbered_as_in_the_other_runtime(footprint, outline):
+    rules = (
+        "Lot --> offset(-3, inside) rotateScope(0, 90, 0) alignScopeToAxes(y) "
+        "shapeO(0.35 * scope.sz, 0.35 * scope.sx, 0.35 * scope.sz, 0.35 * scope.sx) { shape : A | remainder : NIL }\n"
+        "A --> comp(fe) { all : B. }"
+    )
+    assert starts(rules, footprint) == outline
+
+
+def test_a_pyramid_over_a_court_has_no_hole():
+    rules = "Lot --> roofPyramid(byHeight, 4) comp(f) { bottom : NIL | all : A. }"
+    slopes, area, _ = measured(rules, COURT)
+    assert slopes == 4
+    assert area == pytest.approx(2 * (227.035 + 231.225), abs=2e-3)
+
+
+def test_wings_keep_the_corners_in_straight_lines_that_the_other_runtime_keeps():
+    lot = np.array([[0.0, 0, 0], [0, 0, 9], [0, 0, 20], [13, 0, 20], [30, 0, 20], [30, 0, 0], [11, 0, 0]])
+    rules = (
+        "Lot --> offset(-3, inside) rotateScope(0, 90, 0) alignScopeToAxes(y) "
+        "shapeL(0.35 * scope.sz, 0.35 * scope.sx) { shape : A. | remainder : NIL }"
+    )
+    meshes = world_meshes(derive(Grammar.parse(rules), 1, seed=0, footprint=lot))
+    outline = [
+        [3, 3],
+        [3, 9],
+        [3, 17],
+        [13, 17],
+        [27, 17],
+        [27, 12.1],
+        [13, 12.1],
+        [11.4, 12.1],
+        [11.4, 9],
+        [11.4, 3],
+        [11, 3],
+    ]
+    assert np.allclose(meshes.points[meshes.corner_points()][:, [0, 2]], outline)
+
+
+@pytest.mark.parametrize(
+    ("turn", "parts", "outline"),
+    [
+        (0, "'0.5 : NIL | ~1 : A.", [[17, 23], [17, 20], [9, 20], [9, 6], [17, 6], [17, 3], [3, 3], [3, 23]]),
+        (90, "'0.35 : A. | ~1 : NIL", [[3, 10], [9, 10], [9, 6], [25, 6], [25, 10], [31, 10], [31, 3], [3, 3]]),
+        (90, "'0.35 : NIL | ~1 : A.", [[31, 10], [25, 10], [25, 20], [9, 20], [9, 10], [3, 10], [3, 23], [31, 23]]),
+    ],
+)
+def test_a_cut_through_a_court_leaves_one_piece_that_begins_at_the_cut(turn, parts, outline):
+    rules = f"Lot --> offset(-3, inside) rotateScope(0, {turn}, 0) alignScopeToAxes(y) split(z) {{ {parts} }}"
+    meshes = world_meshes(derive(Grammar.parse(rules), 1, seed=0, footprint=COURT))
+    assert meshes.num_faces == 1
+    assert np.allclose(meshes.points[meshes.corner_points()][:, [0, 2]], outline)

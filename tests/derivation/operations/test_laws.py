@@ -207,9 +207,10 @@ HOLED = "POLYGON ((0 0, 10 0, 10 10, 0 10, 0 0), (2 2, 2 5, 4 5, 4 2, 2 2), (6 6
 
 
 @pytest.mark.parametrize(
-    ("rule", "faces"), [("extrude(3) A", 13), ("extrude(-3) A", 13), ("roofHip(30) A", 12), ("roofPyramid(30) A", 12)]
+    ("rule", "faces"), [("extrude(3) A", 13), ("extrude(-3) A", 13), ("roofHip(30) A", 12), ("roofPyramid(30) A", 5)]
 )
 def test_a_solid_over_a_lot_with_courts_is_closed_and_has_no_wall_on_the_bridge(rule, faces):
+    """A pyramid covers the courts, as the other runtime measured it."""
     (lot,) = read_footprints(HOLED)
     forest = sampled(f"Lot --> {rule}", lot.polygon)
     meshes = world_meshes(forest)
