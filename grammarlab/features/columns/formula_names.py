@@ -6,6 +6,9 @@
 'Lot › Tower and Lot › Tower@1 alike'
 >>> formula_words(Expression.parse("({Floor} * $storey + $plinth) / $front").formula, {Pattern("Floor"): "floors"})
 '(floors · storey + plinth) over front'
+>>> lots = (f"which({{Lot > A@{i}:1}}, {{Lot > A@{i}:0}})" for i in (0, 1))
+>>> formula_words(Expression.parse(f"ascending({', '.join(lots)})").formula, {Pattern("A", branch=(0,)): "A → pale"})
+'Lot › A and Lot › A@1 never fall in the order A:1, pale'
 >>> alike, both = "({*[A:0 + A:0]} + {*[A:1 + A:1]})", "{*[A:* + A:*]}"
 >>> formula_words(Expression.parse(f"{both} > 0 and {alike} == {both}").formula, {})
 'all adjacent A with the same choice'
@@ -61,6 +64,8 @@ _FORMS: Mapping[str, str] = {
     "distinct": "number of kinds among {}",
     "changes": "changes along {}",
     "odd": "number unlike the most among {}",
+    "longest_run": "longest run of equal ones among {}",
+    "least": "smallest of {}",
     "min": "smallest of {}",
     "max": "largest of {}",
     "which": "position of the first of {}",
@@ -112,6 +117,8 @@ class _Writer:
         if step.operation == "followed":
             first, second, *elements = (operand.text for operand in operands)
             return _Words(f"alternative {first} followed by {second} among {_listed(elements)}")
+        if step.operation == "ascending" and (order := self._order(self.steps[step.operands[0]])):
+            return _Words(f"{_listed([operand.text for operand in operands])} never fall in the order {order}")
         if step.operation in _FORMS:
             return _Words(_FORMS[step.operation].format(_listed([operand.text for operand in operands])))
         return _Words(
@@ -126,6 +133,18 @@ class _Writer:
         places = [[self._location(pattern) for pattern in self._added(alternative)] for alternative in present]
         same = set(places[0]) if places else set[str]()
         return " or ".join(dict.fromkeys(places[0])) if same and all(set(each) <= same for each in places) else ""
+
+    def _order(self, step: Step) -> str:
+        """The alternatives of a choice from the first to the last; empty if this is the order of the text."""
+        if not isinstance(step, Apply) or step.operation != "which":
+            return ""
+        added = [self._added(self.steps[index]) for index in step.operands]
+        nodes = [_lowest(patterns[0]) for patterns in added if patterns]
+        branches = [node.branch or () for node in nodes]
+        if branches == sorted(branches):
+            return ""
+        names = (self.names.get(node, str(node)).rpartition(" → ")[2] for node in nodes)
+        return ", ".join(names)
 
     def _of_pairs(self, step: Apply, earlier: Sequence[_Words]) -> str:
         """Pairs of choices that are made alike: how many, how many not, all, none, by turns."""
@@ -238,6 +257,13 @@ def _successors(names: Mapping[Feature, str]) -> dict[_Edge, str]:
             successors[edge] = max(successors.get(edge, ""), part, key=len)  # with its number, if any rule has several
             above = below.run[0]
     return successors
+
+
+def _lowest(pattern: Pattern) -> Pattern:
+    """The lowest node of a pattern of a line of nodes."""
+    while pattern.below:
+        pattern = pattern.below[-1].run[-1]
+    return pattern
 
 
 def _with_any(pattern: Pattern) -> Pattern:

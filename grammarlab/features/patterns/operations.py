@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -122,6 +123,20 @@ def _ascending(operands: Sequence[Floats]) -> NDArray[np.bool_]:
     return (number >= 2) & ((values[1:] >= values[:-1]) | (values[1:] == 0)).all(axis=0)
 
 
+def _longest_run(operands: Sequence[Floats]) -> Ints:
+    values, number = _present(operands)
+    length = longest = np.minimum(number, 1)
+    for before, value in pairwise(values):
+        length = np.where((value == before) & (value != 0), length + 1, 1)
+        longest = np.where(value != 0, np.maximum(longest, length), longest)
+    return longest
+
+
+def _least(operands: Sequence[Floats]) -> Floats:
+    values = np.stack(operands)
+    return np.where(values == 0, np.inf, values).min(axis=0)
+
+
 OPERATIONS: Mapping[str, _Operation] = {
     "+": lambda x: x[0] + x[1],
     "-": lambda x: x[0] - x[1],
@@ -158,6 +173,8 @@ OPERATIONS: Mapping[str, _Operation] = {
     "alternating": _alternating,
     "mirrored": _mirrored,
     "ascending": _ascending,
+    "longest_run": _longest_run,
+    "least": _least,
 }
 """Operations, by their sign or name."""
 
@@ -170,6 +187,7 @@ SEQUENCE_RELATIONS = (
     "distinct",
     "changes",
     "odd",
+    "longest_run",
 )
 """Operations on sequences of elements, of which those that are 0 are missing."""
 
@@ -186,6 +204,7 @@ FUNCTIONS: Mapping[str, str] = {
     "choose": "choose(when, value, ..., otherwise)",
     "which": "which(a, b, ...)",
     "count": "count(a, b, ...)",
+    "least": "least(a, b, ...)",
     "followed": "followed(first, second, a, b, ...)",
     **{name: f"{name}(a, b, ...)" for name in SEQUENCE_RELATIONS},
 }

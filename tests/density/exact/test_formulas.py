@@ -30,7 +30,7 @@ FINITE = [
     f"equal({', '.join(PLACES)})",
     f"mirrored({', '.join(PLACES)})",
     f"unequal_neighbours({', '.join(PLACES)})",
-    f"distinct({', '.join(PLACES)})",
+    f"longest_run({', '.join(PLACES)})",
     "max({Part:0}, {Part:1})",
     "{Part:0} == {Part}",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ ATOMS = st.one_of(
 def formulas(operands):
     binary = st.tuples(st.sampled_from(["+", "-", "*", "/", "%", "==", "!=", "and", "or"]), operands, operands)
     listed = st.tuples(
-        st.sampled_from(["min", "max", "which", "count", *SEQUENCE_RELATIONS]),
+        st.sampled_from(["min", "max", "which", "count", "least", *SEQUENCE_RELATIONS]),
         st.lists(operands, min_size=2, max_size=4),
     )
     return st.one_of(
@@ -92,6 +92,8 @@ def _relation(name, elements):
             return len(set(present))
         case "changes":
             return sum(a != b for a, b in pairs)
+        case "longest_run":
+            return max((len(list(run)) for _, run in groupby(present)), default=0)
         case "odd":
             return len(present) - max(Counter(present).values(), default=0)
     holds = {
@@ -116,6 +118,12 @@ def test_an_element_is_followed_by_another_one_at_once_or_later(rows):
     columns = [np.array(column, dtype=np.float64) for column in zip(*rows, strict=True)]
     expected = [any(b == row[1] and row[0] in row[2:i] for i, b in enumerate(row) if i > 2) for row in rows]
     assert apply("followed", columns).tolist() == expected
+
+
+@given(st.lists(st.tuples(*[st.integers(-1, 2)] * 3), min_size=1, max_size=30))
+def test_the_least_of_some_numbers_leaves_out_those_that_are_zero(rows):
+    columns = [np.array(column, dtype=np.float64) for column in zip(*rows, strict=True)]
+    assert apply("least", columns).tolist() == [min(filter(None, row), default=0) for row in rows]
 
 
 @given(st.lists(st.tuples(*[st.integers(-1, 2)] * 4), min_size=1, max_size=30))
