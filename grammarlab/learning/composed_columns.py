@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
+from grammarlab.learning.chosen_candidates import chosen_candidates
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
 from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.growth.ranks import ranks_of
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import Vote
 from grammarlab.preference.judge.weighted_sums import WeightedSum
+from grammarlab.tastes.quantities import Quantities
 
 
 def composed_columns(
@@ -35,12 +37,15 @@ def composed_columns(
     _, table = space.tabulated(designs, options)
     known = table.counts.toarray()
     candidates = space.candidates(designs)
-    new = np.flatnonzero(~_same(candidates.values, known))
-    composed, prices = candidates.values[:, new], candidates.prices[new]
+    chosen = list(chosen_candidates(candidates.elements, scores))
+    columns = np.concatenate([candidates.values, *(one.values[:, None] for one in chosen)], axis=1)
+    prices = np.append(candidates.prices, [one.price for one in chosen])
+    makers = [*candidates.makers, *(one.formula for one in chosen)]
+    new = np.flatnonzero(~_same(columns, known))
     flags, of_flags = _flags(known, table.features)
-    measures, of_measures = _measures(known, table.features)
-    verdict = judged(_varying(known), composed, prices, flags, measures, scores)
-    found = [candidates.makers[new[index]]() for index in verdict.accepted]
+    measures, of_measures = _measures(known, table.features, candidates.elements.used)
+    verdict = judged(_varying(known), columns[:, new], prices[new], flags, measures, scores)
+    found = [makers[new[index]]() for index in verdict.accepted]
     found += [_formula(vote, of_flags) for vote in verdict.votes]
     found += [_weighed(some, of_measures) for some in verdict.sums]
     return dict(zip(found, verdict.prices, strict=True))
@@ -89,11 +94,13 @@ def _flags(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Ato
     return known[:, [index for index, _ in readable]], [feature for _, feature in readable]
 
 
-def _measures(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Atom | Formula]]:
-    """The known columns that vary and that formulas can read."""
+def _measures(known: Floats, features: Sequence[Feature], used: Quantities) -> tuple[Floats, list[Atom | Formula]]:
+    """The known columns that vary and that formulas can read, and draws where a model uses them."""
     varying = np.flatnonzero(np.ptp(known, axis=0) > 0.0).tolist()
     readable = [(index, feature) for index in varying if isinstance(feature := features[index], Atom | Formula)]
-    return known[:, [index for index, _ in readable]], [feature for _, feature in readable]
+    partly = [(index, formula) for index, formula in enumerate(used.formulas) if isinstance(formula, Formula)]
+    columns = [known[:, [index for index, _ in readable]], used.values[:, [index for index, _ in partly]]]
+    return np.concatenate(columns, axis=1), [feature for _, feature in (*readable, *partly)]
 
 
 def _weighed(some: WeightedSum, features: Sequence[Atom | Formula]) -> Atom | Formula:

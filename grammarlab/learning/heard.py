@@ -12,7 +12,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.learning.answers import Answers
-from grammarlab.preference.judge.judged_labels import selected
+from grammarlab.preference.judge.labelled_columns import selected
 from grammarlab.preference.judge.voices import Division, two_voices
 from grammarlab.preference.labels import COMPARISONS
 

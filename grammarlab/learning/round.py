@@ -35,7 +35,7 @@ from grammarlab.learning.path_growth import path_length
 from grammarlab.learning.settings import Settings
 from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.factors import ProductPreference
-from grammarlab.preference.judge.judged_labels import selected
+from grammarlab.preference.judge.labelled_columns import selected
 from grammarlab.preference.liked import blunders_of, liked_are_rare, noise_of
 
 _MAX_DESIGNS = 2_000

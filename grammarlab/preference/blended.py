@@ -32,7 +32,7 @@ from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.held_out_share import Fitted, held_out
-from grammarlab.preference.judge.judged_labels import selected
+from grammarlab.preference.judge.labelled_columns import selected
 from grammarlab.preference.lines import line_preference
 from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels

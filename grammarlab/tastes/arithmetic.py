@@ -7,9 +7,8 @@ declared nearest to each other are kept.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -25,10 +24,6 @@ _MAX_NUMERALS = 20
 """Largest number of counts that multiply draws."""
 _MAX_CHOSEN = 6
 """Largest number of choices whose number multiplies draws."""
-_NUM_TERMS = (3, 4)
-"""Numbers of draws in longer sums of any draws and signs."""
-_NUM_SIDE_BY_SIDE = (5, 6, 7, 8)
-"""Numbers of draws in the longest sums."""
 
 
 def sums_of_two(elements: Elements) -> Iterator[Block]:
@@ -70,26 +65,25 @@ def parities(elements: Elements) -> Iterator[Block]:
     yield from blocks(recipe, [counts, counts], nearest_pairs(len(counts), most=_MOST))
 
 
-def longer_sums(elements: Elements) -> Iterator[Block]:
-    """``a + b - c`` and ``a + b - c + d`` of draws with any signs, and longer sums of draws declared side by side."""
-    used = elements.used
-    for number in _NUM_TERMS:
-        sets = nearest_sets(len(used), number, _MOST >> (number - 1))
-        for signs in product("+-", repeat=number - 1):
-            yield from blocks(_signed(signs), [used] * number, sets)
-    for number in _NUM_SIDE_BY_SIDE:
-        yield from blocks(
-            _signed("+" * (number - 1)), [used] * number, nearest_sets(len(used), number, len(used) - number + 1)
-        )
-
-
 def longer_products(elements: Elements) -> Iterator[Block]:
-    """``a * b * c`` and ``a * b / c`` of draws."""
+    """``a * b * c`` and ``a * b / c`` of draws, and ``n * a * b``: so many floors of an area."""
     draws = elements.draws
     sets = nearest_sets(len(draws), 3, _MOST // 4)
     yield from blocks(lambda do, a, b, c: do("*", do("*", a, b), c), [draws] * 3, sets)
     for order in ([0, 1, 2], [0, 2, 1], [1, 2, 0]):
         yield from blocks(lambda do, a, b, c: do("/", do("*", a, b), c), [draws] * 3, sets[:, order])
+    recipe: Recipe = lambda do, n, a, b: do("*", n, do("*", a, b))  # noqa: E731
+    numerals, pairs = _numerals(elements), nearest_pairs(len(draws), most=_MOST)
+    indices = np.array([(n, *pair) for n in range(len(numerals)) for pair in pairs.tolist()][:_MOST_SIZES])
+    yield from blocks(recipe, [numerals, draws, draws], indices.reshape(-1, 3))
+
+
+def mixed_products(elements: Elements) -> Iterator[Block]:
+    """``(a + b) / c``, ``(a - b) / c``, ``(a + b) * c`` and ``(a - b) * c`` of draws."""
+    sets = nearest_sets(len(elements.used), 3, _MOST // 3)
+    sets = np.concatenate([sets[:, order] for order in ([0, 1, 2], [0, 2, 1], [1, 2, 0])])
+    for inner, outer in product("+-", "/*"):
+        yield from blocks(_mixed(inner, outer), [elements.used] * 3, sets)
 
 
 def linear_sizes(elements: Elements) -> Iterator[Block]:
@@ -112,13 +106,8 @@ def _of_pairs(operation: str, quantities: Quantities) -> Iterator[Block]:
     return blocks(lambda do, a, b: do(operation, a, b), [quantities, quantities], pairs)
 
 
-def _signed(signs: Sequence[str]) -> Recipe:
-    def recipe(do: Any, first: Any, *others: Any) -> Any:
-        for sign, other in zip(signs, others, strict=True):
-            first = do(sign, first, other)
-        return first
-
-    return recipe
+def _mixed(inner: str, outer: str) -> Recipe:
+    return lambda do, a, b, c: do(outer, do(inner, a, b), c)
 
 
 def _numerals(elements: Elements) -> Quantities:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
 from typing import TypeAlias
 
 import numpy as np
@@ -17,10 +18,11 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Below, Draw, Formula, Pattern
 from grammarlab.tastes.choice_lines import Lines
 from grammarlab.tastes.choice_pairs import Pair, pairs_beside
-from grammarlab.tastes.choice_places import Choice, as_quantities, choices_of, summed
+from grammarlab.tastes.choice_places import Choice, Outcome, as_quantities, choices_of, summed
 from grammarlab.tastes.labelled_nodes import LabelledNodes
 from grammarlab.tastes.quantities import Quantities, joined
-from grammarlab.tastes.roles import Roles
+from grammarlab.tastes.roles import MAX_ALTERNATIVES, Roles
+from grammarlab.tastes.visible_orders import Orders
 
 _MAX_COUNTS = 4_000
 """Largest number of counts of one kind."""
@@ -44,14 +46,19 @@ class Elements:
     """Counts of nodes and of outcomes of choices; branches of rules before symbols before children of symbols."""
     nodes: LabelledNodes
     """The nodes of the models; none for designs that have no parts."""
+    orders: Orders = field(default_factory=dict)
+    """Orders of alternatives that a person sees."""
+    outcomes: tuple[Outcome, ...] = ()
+    """Random choices outside rules, and those side by side together of which a model uses one."""
 
     @classmethod
-    def of(cls, forests: Sequence[Forest], readers: Readers = _NONE) -> Elements:
+    def of(cls, forests: Sequence[Forest], readers: Readers = _NONE, orders: Orders = MappingProxyType({})) -> Elements:
         """The quantities of models of one grammar.
 
         Args:
             forests: the models.
             readers: branches that use some of the draws (`grammarlab.tastes.attribute_readers`).
+            orders: orders of alternatives that a person sees.
 
         Raises:
             UsageError: If the columns of a forest are not trees.
@@ -59,8 +66,10 @@ class Elements:
         nodes, sites = LabelledNodes.of(forests), forests[0].sites if forests else ()
         names = dict.fromkeys(site.name for site in sites if is_quantity(site))
         draws = distinct(_counted(forests, [Draw(name) for name in names]))
-        counts = [_branches(nodes), _symbols(nodes), _counted(forests, _outcomes(nodes, sites)), _children(nodes)]
-        return cls(draws, _used(forests, draws, readers), distinct(joined(counts, nodes.num_models)), nodes)
+        outcomes = _counted(forests, _outcomes(nodes, sites))
+        counts = distinct(joined([_branches(nodes), _symbols(nodes), outcomes, _children(nodes)], nodes.num_models))
+        chosen = list(_chosen(forests, outcomes, readers))
+        return cls(draws, _used(forests, draws, readers), counts, nodes, orders, (*chosen, *_exclusive(chosen)))
 
     @classmethod
     def of_columns(cls, columns: Mapping[str, Floats], num: int) -> Elements:
@@ -117,22 +126,74 @@ class Elements:
         """Comparable choices of parts side by side, and with another part between if there are such."""
         return tuple(pairs_beside(self.lines))
 
+    def orders_of(self, choice: Choice) -> Iterator[tuple[int, ...]]:
+        """Numbers of the alternatives of a choice in each of the orders that a person sees."""
+        rules = self.nodes.labels.rules
+        numbers = {
+            (rules[label].symbol, rules[label].branch): number
+            for number, labels in enumerate(choice.line.labels, 1)
+            for label in labels
+        }
+        for symbol in dict.fromkeys(symbol for symbol, _ in numbers):
+            for order in self.orders.get(symbol, ()):
+                listed = tuple(numbers[symbol, branch] for branch in order if (symbol, branch) in numbers)
+                if len(listed) == choice.num_alternatives:
+                    yield listed
+
     @cached_property
     def numbers(self) -> Quantities:
         """Numbers of the alternatives of `choices`."""
         return as_quantities(self.choices, self.num)
 
 
+def _chosen(forests: Sequence[Forest], outcomes: Quantities, readers: Readers) -> Iterator[Outcome]:
+    """Choices outside rules, in all models, and in those that have a branch that uses them."""
+    draws = [draw for draw in outcomes.formulas if isinstance(draw, Draw)]
+    for site in dict.fromkeys(draw.site for draw in draws):
+        columns = [index for index, draw in enumerate(draws) if draw.site == site]
+        values = outcomes.values[:, columns]
+        if len(columns) > MAX_ALTERNATIVES or not len(values) or (values.sum(axis=1) > 1.0).any():
+            continue
+        uses, formulas = _uses(forests, readers.get(site, ())), [draws[column] for column in columns]
+        number = (values @ np.arange(1, len(columns) + 1)).astype(np.int64)
+        yield Outcome(number, tuple(formulas))
+        if uses is not None:
+            seen = (Formula.of("and", Formula.of(">", uses[0], 0.0), draw) for draw in formulas)
+            yield Outcome(np.where(uses[1], number, 0), tuple(seen))
+
+
+def _exclusive(outcomes: Sequence[Outcome]) -> Iterator[Outcome]:
+    """Choices declared side by side of which no model uses two, such as the colour of each material, as one choice."""
+    run: list[Outcome] = []
+    # What all models have is no part of a choice.
+    for outcome in (*(outcome for outcome in outcomes if outcome.number.min() == 0), None):
+        if outcome is not None and not any(((outcome.number > 0) & (other.number > 0)).any() for other in run):
+            run.append(outcome)
+            continue
+        if len(run) > 1:
+            before = np.cumsum([0, *(other.num_alternatives for other in run[:-1])]).tolist()
+            number = sum((one.number > 0) * (one.number + more) for one, more in zip(run, before, strict=True))
+            yield Outcome(np.asarray(number), tuple(each for other in run for each in other.alternatives))
+        run = [] if outcome is None else [outcome]
+
+
+def _uses(forests: Sequence[Forest], patterns: Sequence[Pattern]) -> tuple[Pattern | Formula, Flags] | None:
+    """How often some branches are taken, and [n] whether at all; None if all models have one, or none has."""
+    uses = summed(patterns)
+    if uses is None:
+        return None
+    has = np.concatenate([count(forest, patterns).sum(axis=1) for forest in forests]) > 0.0
+    return (uses, has) if has.any() and not has.all() else None
+
+
 def _used(forests: Sequence[Forest], draws: Quantities, readers: Readers) -> Quantities:
     """Draws times whether a model has a branch that uses them."""
     formulas, columns = list(draws.formulas), [*draws.values.T]
     for index, draw in enumerate(draws.formulas):
-        patterns = readers.get(draw.site, ()) if isinstance(draw, Draw) else ()
-        uses = summed(patterns)
-        values = np.concatenate([count(forest, patterns).sum(axis=1) for forest in forests])
-        if uses is not None and values.min() == 0.0 < values.max():
-            formulas[index] = Formula.of("*", Formula.of(">", uses, 0.0), draw)
-            columns[index] = columns[index] * (values > 0.0)
+        uses = _uses(forests, readers.get(draw.site, ()) if isinstance(draw, Draw) else ())
+        if uses is not None:
+            formulas[index] = Formula.of("*", Formula.of(">", uses[0], 0.0), draw)
+            columns[index] = columns[index] * uses[1]
     return Quantities(tuple(formulas), np.stack([np.zeros(len(draws.values)), *columns], axis=1)[:, 1:])
 
 

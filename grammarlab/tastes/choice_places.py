@@ -7,13 +7,13 @@ A place is a line (`grammarlab.tastes.choice_lines`) as short as it can be: ``Ro
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial, reduce
-from typing import NamedTuple
 
 import numpy as np
 
 from grammarlab.arrays import Ints
-from grammarlab.features.patterns.pattern import Formula, Pattern
+from grammarlab.features.patterns.pattern import Draw, Formula, Pattern
 from grammarlab.tastes.choice_lines import MAX_ANCESTORS, Line, Lines
 from grammarlab.tastes.quantities import Later, Quantities
 
@@ -21,7 +21,8 @@ MAX_CHOICES = 240
 """Largest number of choices at places."""
 
 
-class Choice(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Choice:
     """A choice that each of n models makes at most once."""
 
     line: Line
@@ -29,6 +30,8 @@ class Choice(NamedTuple):
     """[n] number of the alternative, from 1; 0 in models without the place."""
     way: tuple[int, ...]
     """Indices of successors from the root down, at its first occurrence: the order in the text of the rules."""
+    order: tuple[int, ...] = ()
+    """Numbers of the alternatives in another order than that of the text."""
 
     @property
     def num_alternatives(self) -> int:
@@ -42,8 +45,30 @@ class Choice(NamedTuple):
 
     @property
     def formula(self) -> Formula:
-        """The number of the alternative."""
-        return Formula.of("which", *(0.0 if count is None else count for count in self.alternatives))
+        """The rank of the alternative: its number, if there is no other order."""
+        counts = {number: count for number, count in enumerate(self.alternatives, 1) if count is not None}
+        order = self.order or range(1, self.num_alternatives + 1)
+        return Formula.of("which", *(counts.get(number, 0.0) for number in order))
+
+    @property
+    def rank(self) -> Ints:
+        """[n] rank of the alternative, from 1; 0 in models without the place."""
+        return np.array([0, *(1 + np.argsort(self.order))])[self.number] if self.order else self.number
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A random choice outside rules that each of n models makes at most once, such as that of an attribute."""
+
+    number: Ints
+    """[n] number of the alternative, from 1; 0 in models that do not use it."""
+    alternatives: tuple[Draw | Formula, ...]
+    """Whether a model has each alternative, by its number."""
+
+    @property
+    def num_alternatives(self) -> int:
+        """Number of the last alternative."""
+        return len(self.alternatives)
 
 
 def choices_of(lines: Lines) -> tuple[Choice, ...]:
@@ -65,8 +90,8 @@ def choices_of(lines: Lines) -> tuple[Choice, ...]:
 
 
 def as_quantities(choices: Sequence[Choice], num: int) -> Quantities:
-    """The numbers of the alternatives of choices, as quantities of ``num`` models."""
-    values = np.stack([np.zeros(num), *(choice.number.astype(np.float64) for choice in choices)], axis=1)[:, 1:]
+    """The ranks of the alternatives of choices, as quantities of ``num`` models."""
+    values = np.stack([np.zeros(num), *(choice.rank.astype(np.float64) for choice in choices)], axis=1)[:, 1:]
     return Quantities(Later([partial(_formula, choice) for choice in choices]), values)
 
 

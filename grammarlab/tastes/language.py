@@ -18,7 +18,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.features.patterns.pattern import Feature
-from grammarlab.tastes import arithmetic, relations, sequences, shares
+from grammarlab.tastes import aggregates, arithmetic, relations, sequences
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.quantities import Block, as_block
 
@@ -42,6 +42,8 @@ class Candidates:
     """[n, C] their values for n designs."""
     prices: Floats
     """[C] their prices in nats."""
+    elements: Elements
+    """What they are made of."""
 
     @cached_property
     def formulas(self) -> tuple[Feature, ...]:
@@ -67,25 +69,30 @@ PRODUCTIONS: Mapping[str, Production] = {
     "positions": sequences.positions,
     "equal choices": sequences.equal_choices,
     "relations of sequences": sequences.relations,
+    "gradations": sequences.gradations,
     "orders": sequences.orders,
     "matching sequences": sequences.matching_sequences,
     "sections": relations.sections,
     "neighbours": relations.neighbours,
     "alternations": relations.alternations,
     "contexts": relations.contexts,
-    "shares": shares.shares,
-    "kinds": shares.kinds,
-    "conditional": shares.conditional,
+    "shares": relations.shares,
+    "kinds": relations.kinds,
+    "conditional": relations.conditional,
     "sums of two": arithmetic.sums_of_two,
     "differences": arithmetic.differences,
     "comparisons": arithmetic.comparisons,
     "products": arithmetic.products,
     "ratios": arithmetic.ratios,
     "parities": arithmetic.parities,
-    "longer sums": arithmetic.longer_sums,
     "longer products": arithmetic.longer_products,
+    "mixed products": arithmetic.mixed_products,
     "linear sizes": arithmetic.linear_sizes,
     "proportions": arithmetic.proportions,
+    "extremes": aggregates.extremes,
+    "orders of draws": aggregates.orders_of_draws,
+    "aggregates": aggregates.aggregates,
+    "parts of wholes": aggregates.parts_of_wholes,
 }
 """The productions of the language."""
 
@@ -107,7 +114,7 @@ def candidates(elements: Elements, productions: Mapping[str, Production] = PRODU
     >>> [str(formula) for formula in candidates(Elements.of([forest])).formulas[:2]]
     ['Lot:0', 'w']
     """
-    return collected([priced(list(make(elements)), len(productions)) for make in productions.values()], elements.num)
+    return collected([priced(list(make(elements)), len(productions)) for make in productions.values()], elements)
 
 
 def priced(blocks: Sequence[Block], num_productions: int) -> list[_Priced]:
@@ -117,8 +124,9 @@ def priced(blocks: Sequence[Block], num_productions: int) -> list[_Priced]:
     return [_Priced(block, float(base + np.log(2.0) * max(block.operators - 1, 0))) for block in blocks]
 
 
-def collected(productions: Sequence[Sequence[_Priced]], num: int) -> Candidates:
-    """The different columns of productions for ``num`` designs."""
+def collected(productions: Sequence[Sequence[_Priced]], elements: Elements) -> Candidates:
+    """The different columns of productions for the designs of some elements."""
+    num = elements.num
     most = min(MAX_CANDIDATES, MAX_VALUES // max(num, 1))
     place, makers, priors = dict[bytes, int](), list[Callable[[], Feature]](), list[float]()
     columns = np.empty((most, num))
@@ -135,7 +143,7 @@ def collected(productions: Sequence[Sequence[_Priced]], num: int) -> Candidates:
                 columns[known] = values[:, index]
                 makers.append(partial(block.formula, index))
                 priors.append(prior)
-    return Candidates(tuple(makers), columns[: len(makers)].T, -np.log(np.array(priors)))
+    return Candidates(tuple(makers), columns[: len(makers)].T, -np.log(np.array(priors)), elements)
 
 
 def _forms(values: Floats) -> Iterator[tuple[int, bytes]]:

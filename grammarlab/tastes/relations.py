@@ -1,4 +1,4 @@
-"""Productions about parts of trees: roles, pairs that are made alike, one choice beside or below another."""
+"""Productions about parts of trees: roles, pairs that are made alike, one choice beside another, shares and kinds."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.choice_pairs import Pairs, of_neighbours, of_three, pairs_below
 from grammarlab.tastes.choice_places import summed
-from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks
+from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks, nearest_pairs
 
 _MOST_CONTEXTS = 1_000
 """Largest number of pairs of choices, one beside or below the other."""
+_MOST_PRODUCTS = 800
+"""Largest number of products of a condition of each kind."""
 _MAX_ANCESTORS = 32
 """Largest number of levels between a choice and another one below it."""
 
@@ -76,6 +78,31 @@ def contexts(elements: Elements) -> Iterator[Block]:
     yield from as_block(_contexts(elements, np.concatenate(above), np.concatenate(rows), chosen, deep=True))
 
 
+def shares(elements: Elements) -> Iterator[Block]:
+    """The share of an alternative among all choices of its symbol."""
+    counts, totals, indices = _alternatives(elements)
+    return blocks(lambda do, a, total: do("/", a, total), [counts, totals], indices)
+
+
+def kinds(elements: Elements) -> Iterator[Block]:
+    """How many alternatives of a choice occur, and how many of its results are not the most frequent one."""
+    counts, totals, indices = _alternatives(elements)
+    for total in np.unique(indices[:, 1]).tolist():
+        members = indices[indices[:, 1] == total, 0]
+        yield from blocks(lambda do, *parts: do("count", *parts), [counts] * len(members), members[None])
+        recipe: Recipe = lambda do, whole, *parts: do("-", whole, do("max", *parts))  # noqa: E731
+        yield from blocks(recipe, [totals, *[counts] * len(members)], np.array([[total, *members]]))
+
+
+def conditional(elements: Elements) -> Iterator[Block]:
+    """A draw, a number or another flag where a condition holds, else 0."""
+    recipe: Recipe = lambda do, flag, a: do("*", flag, a)  # noqa: E731
+    flags = elements.flags
+    for others in (elements.draws, elements.numerals):
+        yield from blocks(recipe, [flags, others], nearest_pairs(len(flags), len(others), _MOST_PRODUCTS))
+    yield from blocks(recipe, [flags, flags], nearest_pairs(len(flags), most=_MOST_PRODUCTS))
+
+
 def _contexts(elements: Elements, first: Ints, second: Ints, chosen: Flags, *, deep: bool) -> Quantities:
     """Counts of the labels of pairs of nodes that are both choices."""
     nodes, size = elements.nodes, elements.nodes.labels.unknown + 1
@@ -114,3 +141,16 @@ def _all(do: Any, alike: Any, both: Any) -> Any:
 
 def _none(do: Any, alike: Any, both: Any) -> Any:
     return do("and", do(">", both, 0.0), do("==", alike, 0.0))
+
+
+def _alternatives(elements: Elements) -> tuple[Quantities, Quantities, Ints]:
+    """Counts of the alternatives of choices, counts of the choices of each symbol, and [K, 2] which belong together."""
+    nodes, labels = elements.nodes, elements.nodes.labels
+    wholes = {label: labels.alternatives(label) for label in nodes.alternatives}
+    numbers = {members: number for number, members in enumerate(dict.fromkeys(wholes.values()))}
+    counts = nodes.count(nodes.model, nodes.label, labels.unknown + 1)
+    parts = Quantities(tuple(map(nodes.pattern, wholes)), counts[:, list(wholes)])
+    patterns = tuple(replace(nodes.pattern(members[0]), branch=()) for members in numbers)
+    total = [counts[:, list(members)].sum(axis=1) for members in numbers]
+    totals = Quantities(patterns, np.stack([np.zeros(elements.num), *total], axis=1)[:, 1:])
+    return parts, totals, np.array(list(enumerate(numbers[members] for members in wholes.values()))).reshape(-1, 2)

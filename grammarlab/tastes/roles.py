@@ -75,10 +75,10 @@ def _names(nodes: LabelledNodes, symbol: str, labels: Sequence[int]) -> list[str
     An alternative that no model has is known by its line only, and is like no other.
     """
     names = [nodes.names.branch(label) for label in labels]
-    listed = [[name] if _is_bare(name) else _words(name) for name in names]
+    listed = [[name] if _is_bare(name) else words_of(name) for name in names]
     named = [words for words, name in zip(listed, names, strict=True) if not _is_bare(name)]
     common = set(named[0]).intersection(*named) if len(named) > 1 else set[str]()
-    for others in (common.union(_words(symbol)), set(_words(symbol))):
+    for others in (common.union(words_of(symbol)), set(words_of(symbol))):
         shortened = [" ".join(word for word in words if word not in others) for words in listed]
         if all(shortened) and len(set(shortened)) == len(labels):
             return [
@@ -87,7 +87,7 @@ def _names(nodes: LabelledNodes, symbol: str, labels: Sequence[int]) -> list[str
     return []
 
 
-def _words(name: str) -> list[str]:
+def words_of(name: str) -> list[str]:
     """Words of a name; singular and plural are one."""
     return [word.lower().removesuffix("s") or word for word in _WORDS.findall(name)]
 

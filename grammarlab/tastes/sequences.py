@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations, permutations
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from grammarlab.arrays import Ints
 from grammarlab.features.patterns.operations import SEQUENCE_RELATIONS
 from grammarlab.tastes.basic_quantities import Elements
-from grammarlab.tastes.choice_places import Choice
+from grammarlab.tastes.choice_places import Choice, as_quantities
 from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks
 
 _MOST_PAIRS = 1_500
@@ -43,6 +44,19 @@ def relations(elements: Elements) -> Iterator[Block]:
     for group in _by_length(sequences_of(elements)):
         for name in SEQUENCE_RELATIONS:
             yield from blocks(_applying(name), [elements.numbers] * group.shape[1], group)
+
+
+def gradations(elements: Elements) -> Iterator[Block]:
+    """Comparable choices never fall, or never rise, in the order of the text or in one that a person sees."""
+    for sequence in sequences_of(elements):
+        listed = [elements.numbers.take(np.array(sequence))] + [
+            as_quantities([replace(elements.choices[index], order=order) for index in sequence], elements.num)
+            for order in elements.orders_of(elements.choices[sequence[0]])
+        ]
+        forward = np.arange(len(sequence))[None]
+        for number, ranks in enumerate(listed):
+            for indices in (forward, forward[:, ::-1])[number == 0 :]:
+                yield from blocks(_applying("ascending"), [ranks] * len(sequence), indices)
 
 
 def positions(elements: Elements) -> Iterator[Block]:

@@ -13,7 +13,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.learning.composed_columns import _same, composed_columns
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.settings import FeatureOptions
-from grammarlab.preference.judge.judged_labels import MAX_LABELS, selected
+from grammarlab.preference.judge.labelled_columns import MAX_LABELS, selected
 from tests.cases import takes_turns
 
 PARTS = [f"Part{number}" for number in range(5)]

@@ -8,7 +8,9 @@ from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.features.patterns.pattern import Pattern
 from grammarlab.language.grammar import Grammar
+from grammarlab.tastes.attribute_readers import readers_of
 from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.visible_orders import visible_orders
 
 GRAMMARS = {
     "towers": """
@@ -36,6 +38,21 @@ GRAMMARS = {
         OfficeRoof --> 50% : OfficeFlat else : OfficeGable
         HouseRoof --> 50% : HouseGable 25% : HouseFlat else : HouseHip
     """,
+    "blocks": """
+        attr lowHeight = rand(3, 5)
+        attr middleHeight = rand(2, 4)
+        attr highHeight = rand(1, 3)
+        attr brickColor = 50% : "#804030" else : "#603020"
+        attr woodColor = 40% : "#a08060" 30% : "#907050" else : "#302010"
+        attr trim = 60% : 1 else : 2
+        Lot -->
+            40% : s(1, lowHeight, 1) Block Brick
+            30% : s(1, lowHeight + middleHeight, 1) Block Block Wood
+            else : s(1, lowHeight + middleHeight + highHeight, 1) Block Block Block Wood
+        Block --> 40% : color(0.9, 0.9, 0.8) Pane 30% : color(0.1, 0.1, 0.1) Pane else : color(0.5, 0.5, 0.5) Pane
+        Brick --> color(brickColor) Wall
+        Wood --> color(woodColor) Wall
+    """,
     "sections": """
         Lot --> 50% : Section Section else : Section Section Section
         Section --> 80% : Left Right else : Left
@@ -51,7 +68,10 @@ READERS = {"plinth": (Pattern("Tower", branch=(0,)),)}
 
 def elements_of(name: str) -> Elements:
     """Quantities of models of a grammar."""
-    return Elements.of(forests_of(name), READERS if name == "towers" else {})
+    if name != "blocks":
+        return Elements.of(forests_of(name), READERS if name == "towers" else {})
+    grammar = Grammar.parse(GRAMMARS[name])
+    return Elements.of(forests_of(name), readers_of(grammar), visible_orders(grammar))
 
 
 @cache

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from grammarlab.features.columns.vocabulary import Vocabulary
     from grammarlab.tastes.basic_quantities import Readers
     from grammarlab.tastes.language import Candidates
+    from grammarlab.tastes.visible_orders import Orders
 
 _BATCH_MODELS = 1_000
 """Number of accepted models per batch."""
@@ -180,7 +181,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         from grammarlab.tastes.basic_quantities import Elements  # noqa: PLC0415
         from grammarlab.tastes.language import candidates  # noqa: PLC0415
 
-        return candidates(Elements.of(designs, self._readers))
+        return candidates(Elements.of(designs, self._readers, self._orders))
 
     @cached_property
     def _readers(self) -> Readers:
@@ -188,6 +189,13 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         from grammarlab.tastes.attribute_readers import readers_of  # noqa: PLC0415
 
         return readers_of(self.grammar)
+
+    @cached_property
+    def _orders(self) -> Orders:
+        """Orders of alternatives that a person sees."""
+        from grammarlab.tastes.visible_orders import visible_orders  # noqa: PLC0415
+
+        return visible_orders(self.grammar)
 
     def values(self, designs: Sequence[Forest], features: Sequence[Feature]) -> Floats:
         return np.concatenate([np.zeros((0, len(features))), *(count(forest, features) for forest in designs)])

@@ -41,7 +41,7 @@ def gains_of_parts(coarse: Ints, parts: Flags, scores: Floats) -> Floats:
     correction = all_sums**2 / np.maximum(size, 1.0)
     total = squares - correction
     between = (sums**2 / np.maximum(number, 1.0)).sum(axis=1) - correction
-    worth = _gain(between / np.maximum(total, _MIN_TOTAL), (number > 0.0).sum(axis=1), size)
+    worth = gain_of_share(between / np.maximum(total, _MIN_TOTAL), (number > 0.0).sum(axis=1), size)
     return np.where((total > _MIN_TOTAL) & (size >= 2.0), worth, 0.0).T
 
 
@@ -63,10 +63,10 @@ def explained(codes: Ints, width: int, scores: Floats) -> Floats:
     sums = np.bincount(flat, np.broadcast_to(centred, codes.shape).reshape(-1), num * width).reshape(num, width)
     share = (sums**2 / np.maximum(number, 1)).sum(axis=1) / total
     occupied = (number > 0).sum(axis=1)
-    return _gain(share, occupied, m)
+    return gain_of_share(share, occupied, m)
 
 
-def _gain(share: Floats, occupied: Ints, num: float | Floats) -> Floats:
+def gain_of_share(share: Floats, occupied: Ints, num: float | Floats) -> Floats:
     """Gain of log-likelihood of codes that explain a share of the variance, less what chance gains."""
     unexplained = np.maximum(1.0 - share, 1.0 / (num + 1.0) ** 2)
     return -0.5 * num * np.log(unexplained) - 0.5 * (occupied - 1) * (

@@ -11,9 +11,8 @@ from grammarlab.arrays import Ints
 from grammarlab.preference.growth.person_search import search
 from grammarlab.preference.growth.screening import gains
 from grammarlab.preference.growth.tree_growth import Tree, undivided
-from grammarlab.preference.judge.judged_labels import MAX_LABELS
-from grammarlab.preference.judge.labelled_columns import Explanation, Labels
-from grammarlab.preference.judge.smooth_leaf import SmoothLeaf
+from grammarlab.preference.judge.labelled_columns import MAX_LABELS, Explanation, Labels
+from grammarlab.preference.judge.leaf_evidence import SmoothLeaf
 from grammarlab.preference.person import NOISES, Person
 
 _NUM_FINISHED = 3

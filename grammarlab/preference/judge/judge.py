@@ -75,9 +75,10 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     joined, sums = votes(flags, scores), list(weighted_sums(measures, scores))
     columns = [vote.values(flags) for vote in joined] + [some.values(measures) for some in sums]
     further = np.concatenate([composed[:, shortlist], *(column[:, None] for column in columns)], axis=1)
-    further_prices = np.append(prices[shortlist], [each.price for each in (*joined, *sums)])
+    # Half of the prior is that of the language, the other half that of what scores choose.
+    further_prices = np.append(prices[shortlist], [np.log(2.0) + each.price for each in (*joined, *sums)])
     wider = labels.joined(further, _USE_PRICE + further_prices)
-    best = _better(best_known, best_tree(wider, [best_known.person]).explanation)
+    best = _better(best_known, best_tree(wider, START_PERSONS).explanation)
     best = _better(best, _best_line(wider))
     used = sorted(column - width for column in best.columns if column >= width)
     first = len(shortlist), len(shortlist) + len(joined)

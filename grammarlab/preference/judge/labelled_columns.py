@@ -13,6 +13,9 @@ from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.person import START_PERSONS, Person
 
+MAX_LABELS = 384
+"""Largest number of labels that are judged, and of a smooth leaf: time grows with the third power of their number."""
+
 
 class Explanation(NamedTuple):
     """What the best explanation of a kind uses."""
@@ -61,3 +64,9 @@ class Labels:
         """The same scores with further columns [n, C] after these."""
         every = np.concatenate([self.values, values], axis=1), np.append(self.prices, prices)
         return replace(self, columns=SplitColumns.plain(*every))
+
+
+def selected(scores: Floats) -> Ints:
+    """Ascending indices of at most `MAX_LABELS` labels, an even selection by score."""
+    num = min(MAX_LABELS, len(scores))
+    return np.sort(np.argsort(scores, kind="stable")[np.arange(num) * len(scores) // max(num, 1)])

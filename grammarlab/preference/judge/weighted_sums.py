@@ -1,18 +1,25 @@
-"""Columns that weigh others: sums of draws, counts and flags with weights, above or below a bound of which is liked.
+"""Sums of columns that scores choose: with weights, or with signs only.
 
-The weights are those of a logistic regression of being liked, to which columns are added one by one, relative to the
-weight that matters most and rounded to one digit or to two. The price is that of the columns and of the digits.
+A weighted sum is one of draws, counts and flags, above or below a bound of which is liked. The weights are those of a
+logistic regression of being liked, to which columns are added one by one, relative to the weight that matters most and
+rounded to one digit or to two. The price is that of the columns and of the digits.
+
+A signed sum is one of three columns or more with any signs. There are too many to make them all, so each grows by the
+column that explains most; its price is that of its choice among all of its size.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import expit, gammaln
 
 from grammarlab.arrays import Floats
+from grammarlab.preference.growth.screening import coarse_bins, gains
+from grammarlab.preference.judge.votes import BEAM, MAX_FLAGS
 from grammarlab.preference.lines.distinct import Distinct
 
 MAX_TERMS = 5
@@ -111,3 +118,57 @@ def _fitted(design: Floats, liked: Floats, weights: Floats) -> Floats:
         if np.abs(step).max() < _ENOUGH:
             break
     return weights
+
+
+class SignedSum(NamedTuple):
+    """A sum of columns with signs."""
+
+    columns: tuple[int, ...]
+    """Indices of the columns."""
+    signs: tuple[int, ...]
+    """1 or -1 for each column; 1 for the first."""
+    price: float
+    """Log of the number of sizes, and of the sums of its size, in nats."""
+
+    def values(self, columns: Floats) -> Floats:
+        """[n] the sum, for columns [n, F]."""
+        return columns[:, list(self.columns)] @ np.array(self.signs, dtype=np.float64)
+
+
+def signed_sums(columns: Floats, scores: Floats) -> Iterator[SignedSum]:
+    """Sums that may explain scores more than each column alone.
+
+    Args:
+        columns: [n, F] numbers.
+        scores: [n] 0-100.
+
+    >>> columns = np.random.default_rng(0).random((200, 9))
+    >>> liked = columns[:, 7] - columns[:, 0] - columns[:, 4] > -0.4
+    >>> next(signed_sums(columns, 90.0 * liked)).columns
+    (0, 4, 7)
+    """
+    width, every = columns.shape[1], np.arange(len(scores))
+    if not np.ptp(scores) > 0.0:
+        return
+    worth = gains(coarse_bins(columns), every, scores)
+    beam: list[tuple[int, ...]] = [(1 + index,) for index in np.argsort(-worth, kind="stable")[:BEAM].tolist()]
+    for size in range(2, min(MAX_FLAGS, width) + 1):
+        listed = list(dict.fromkeys(longer for members in beam for longer in _longer(members, width)))
+        signs = np.zeros((width, len(listed)))
+        for column, members in enumerate(listed):
+            signs[[abs(member) - 1 for member in members], column] = np.sign(members)
+        worth = gains(coarse_bins(columns @ signs), every, scores)
+        beam = [listed[index] for index in np.argsort(-worth, kind="stable")[:BEAM].tolist()]
+        price = float(np.log(MAX_FLAGS - 2) + np.log(comb(width, size)) + (size - 1) * np.log(2.0))
+        for members in beam if size > 2 else ():
+            indices, of_members = np.abs(members) - 1, np.sign(members)
+            yield SignedSum(tuple(indices.tolist()), tuple(of_members.tolist()), price)
+
+
+def _longer(members: tuple[int, ...], width: int) -> Iterator[tuple[int, ...]]:
+    """Sums with one more column: its number from 1 with its sign, ascending by number."""
+    for index in set(range(1, width + 1)).difference(map(abs, members)):
+        for signed in (index, -index):
+            ordered = sorted((*members, signed), key=abs)
+            # The opposite sum says the same.
+            yield tuple(ordered) if ordered[0] > 0 else tuple(-member for member in ordered)

@@ -8,8 +8,7 @@ from scipy.special import ndtr
 from scipy.stats import multivariate_normal
 
 from grammarlab.preference.judge import unexplained_scores
-from grammarlab.preference.judge.leaf_evidence import LeafEvidence
-from grammarlab.preference.judge.smooth_leaf import LENGTHS, SmoothLeaf
+from grammarlab.preference.judge.leaf_evidence import LENGTHS, LeafEvidence, SmoothLeaf
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
 from grammarlab.preference.person import DISLIKED, Person, possible_values
 

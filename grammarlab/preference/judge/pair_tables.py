@@ -1,0 +1,87 @@
+"""Tables of pairs: which alternatives of two choices go together, as the scores say.
+
+The cells of all tables are summed by one product of matrices. A table is a flag, the cells with the highest means
+against the others; its price is that of the choice of the pair, of the number of these cells and of the cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import comb
+from typing import NamedTuple
+
+import numpy as np
+
+from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.growth.screening import gain_of_share
+from grammarlab.preference.judge.votes import NUM_PAIRS
+
+
+class PairTable(NamedTuple):
+    """A flag: whether two choices are a pair of a table."""
+
+    first: int
+    second: int
+    cells: tuple[tuple[int, int], ...]
+    """Numbers of alternatives that go together, 0 for no alternative."""
+    price: float
+    """Log of the number of tables, in nats."""
+
+    def values(self, numbers: Ints) -> Floats:
+        """[n] the flag, for numbers [n, K] of the alternatives of choices."""
+        codes = numbers[:, self.first] * (int(numbers.max(initial=0)) + 1) + numbers[:, self.second]
+        return np.isin(codes, [a * (int(numbers.max(initial=0)) + 1) + b for a, b in self.cells]).astype(np.float64)
+
+
+def pair_tables(numbers: Ints, scores: Floats) -> Iterator[PairTable]:
+    """Tables that may explain scores more than each choice alone.
+
+    Args:
+        numbers: [n, K] number of the alternative of each choice, 0 for none.
+        scores: [n] 0-100.
+
+    >>> numbers = np.indices((3, 3)).reshape(2, -1).T.repeat(8, axis=0)
+    >>> table = next(pair_tables(numbers, 90.0 * (numbers[:, 0] == numbers[:, 1])))
+    >>> table.cells
+    ((0, 0), (1, 1), (2, 2))
+    """
+    num = numbers.shape[1]
+    if num < 2 or not np.ptp(scores) > 0.0:
+        return
+    centred = scores - scores.mean()
+    held, starts = _held(numbers)
+    counts, sums = held.T @ held, (held * centred[:, None]).T @ held
+    shares = _of_tables(np.where(counts > 0.0, sums**2 / np.maximum(counts, 1.0), 0.0), starts) / (centred @ centred)
+    cells = _of_tables((counts > 0.0).astype(np.float64), starts)
+    first, second = np.triu_indices(num, 1)
+    worth = gain_of_share(shares, cells.astype(np.int64), len(scores))[first, second]
+    for index in np.argsort(np.log(2.0) * cells[first, second] - worth, kind="stable")[:NUM_PAIRS].tolist():
+        i, j = int(first[index]), int(second[index])
+        chosen, num_cells = _chosen(numbers[:, [i, j]], centred), int(cells[i, j])
+        price = np.log(len(first)) + np.log(num_cells) + np.log(float(comb(num_cells, len(chosen))))
+        yield PairTable(i, j, chosen, float(price))
+
+
+def _held(numbers: Ints) -> tuple[Floats, Ints]:
+    """[n, A] flags of all alternatives of all choices, and the first one [K] of each choice."""
+    widths = numbers.max(axis=0) + 1
+    starts = np.cumsum(widths) - widths
+    held = np.zeros((len(numbers), int(widths.sum())))
+    held[np.arange(len(numbers))[:, None], starts + numbers] = 1.0
+    return held, starts
+
+
+def _of_tables(cells: Floats, starts: Ints) -> Floats:
+    """[K, K] sums over the cells [A, A] of each table."""
+    return np.add.reduceat(np.add.reduceat(cells, starts, axis=0), starts, axis=1)
+
+
+def _chosen(pairs: Ints, centred: Floats) -> tuple[tuple[int, int], ...]:
+    """The cells with the highest means, as many as divide the scores best."""
+    cells, index = np.unique(pairs, axis=0, return_inverse=True)
+    counts = np.bincount(index.reshape(-1)).astype(np.float64)
+    sums = np.bincount(index.reshape(-1), centred)
+    order = np.argsort(-sums / counts, kind="stable")
+    above, number = np.cumsum(sums[order])[:-1], np.cumsum(counts[order])[:-1]
+    best = int(np.argmax(above**2 / (number * (len(pairs) - number)), keepdims=True)[0]) if len(above) else 0
+    return tuple(sorted((int(a), int(b)) for a, b in cells[order[: best + 1]]))

@@ -1,0 +1,111 @@
+"""Productions about several draws at once: the largest, the smallest, the sum and the mean, whichever draws they are.
+
+Draws are comparable if they are declared side by side and their names share a word: firstHeight and secondHeight, or
+h1, h2 and h3. A model may use some of them only, such as the heights of the blocks that a tower has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import reduce
+from itertools import permutations, product
+from typing import Any
+
+import numpy as np
+
+from grammarlab.tastes.basic_quantities import Elements, distinct
+from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks, joined, nearest_sets
+from grammarlab.tastes.roles import words_of
+
+_MOST_SETS = 100
+"""Largest number of sets of so many draws whose extremes are compared."""
+
+
+def extremes(elements: Elements) -> Iterator[Block]:
+    """The largest and the smallest of a few draws, one beside the other, and another draw beside one of them."""
+    for size in (2, 3, 4):
+        sets = nearest_sets(len(elements.draws), size, _MOST_SETS)
+        for recipe in (_applying("max"), _applying("min"), _range, _slenderness):
+            yield from blocks(recipe, [elements.draws] * size, sets)
+    sets = nearest_sets(len(elements.draws), 3, _MOST_SETS)
+    for order, outer, inner in product(([0, 1, 2], [1, 0, 2], [2, 0, 1]), "/-", ("max", "min")):
+        yield from blocks(_beside(outer, inner), [elements.draws] * 3, sets[:, order])
+
+
+def orders_of_draws(elements: Elements) -> Iterator[Block]:
+    """Three draws in an order by size, and comparable draws that a model uses that never fall, or never rise."""
+    sets = nearest_sets(len(elements.draws), 3, _MOST_SETS)
+    for order in permutations(range(3)):
+        yield from blocks(_applying("ascending"), [elements.draws] * 3, sets[:, list(order)])
+    for run in _comparable(elements):
+        for indices in (np.array([run]), np.array([run[::-1]])):
+            yield from blocks(_applying("ascending"), [elements.used] * len(run), indices)
+
+
+def aggregates(elements: Elements) -> Iterator[Block]:
+    """The sum, the mean, the largest and the smallest of the comparable draws that a model uses, and their range."""
+    yield from as_block(_wholes(elements, (*_SUM_AND_ENDS, _mean, _used_range, _used_slenderness)))
+
+
+def parts_of_wholes(elements: Elements) -> Iterator[Block]:
+    """A draw beside the sum, the largest or the smallest of comparable draws: by ratio and difference."""
+    wholes, parts = _wholes(elements, _SUM_AND_ENDS), elements.used
+    pairs = np.indices((len(parts), len(wholes))).reshape(2, -1).T
+    for operation in "/-":
+        yield from blocks(_applying(operation), [parts, wholes], pairs)
+
+
+def _wholes(elements: Elements, recipes: Sequence[Recipe]) -> Quantities:
+    """What recipes make of the comparable draws that a model uses."""
+    runs = [np.array([run]) for run in _comparable(elements)]
+    made = [block for run in runs for recipe in recipes for block in blocks(recipe, [elements.used] * run.size, run)]
+    return distinct(joined([Quantities((block.formula(0),), block.values()) for block in made], elements.num))
+
+
+def _comparable(elements: Elements) -> list[range]:
+    """Draws side by side whose names share a word, two or more."""
+    named = [words_of(str(draw)) for draw in elements.draws.formulas]
+    runs: dict[range, None] = {}
+    for word in dict.fromkeys(word for words in named for word in words if not word.isdigit()):
+        start = 0
+        for end, words in enumerate([*named, ()]):
+            if word not in words:
+                if end - start > 1:
+                    runs.setdefault(range(start, end))
+                start = end + 1
+    return list(runs)
+
+
+def _applying(operation: str) -> Recipe:
+    return lambda do, *parts: do(operation, *parts)
+
+
+def _beside(outer: str, inner: str) -> Recipe:
+    return lambda do, draw, *others: do(outer, draw, do(inner, *others))
+
+
+def _range(do: Any, *parts: Any) -> Any:
+    return do("-", do("max", *parts), do("min", *parts))
+
+
+def _slenderness(do: Any, *parts: Any) -> Any:
+    return do("/", do("max", *parts), do("min", *parts))
+
+
+def _used_range(do: Any, *parts: Any) -> Any:
+    return do("-", do("max", *parts), do("least", *parts))
+
+
+def _used_slenderness(do: Any, *parts: Any) -> Any:
+    return do("/", do("max", *parts), do("least", *parts))
+
+
+def _sum(do: Any, *parts: Any) -> Any:
+    return reduce(lambda total, part: do("+", total, part), parts)
+
+
+def _mean(do: Any, *parts: Any) -> Any:
+    return do("/", _sum(do, *parts), do("count", *parts))
+
+
+_SUM_AND_ENDS: tuple[Recipe, ...] = (_sum, _applying("max"), _applying("least"))

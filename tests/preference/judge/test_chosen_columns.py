@@ -1,0 +1,89 @@
+"""Tables of pairs, orders and sums that scores choose: true ones are found, at the price of their choice among all."""
+
+from itertools import permutations
+from math import comb, factorial
+
+import numpy as np
+import pytest
+
+from grammarlab.preference.growth.screening import coarse_bins, gains
+from grammarlab.preference.judge.learned_orders import LearnedOrder, learned_orders
+from grammarlab.preference.judge.pair_tables import pair_tables
+from grammarlab.preference.judge.weighted_sums import signed_sums
+
+
+def noisy(values, seed):
+    return np.clip(values + np.random.default_rng(seed).normal(0.0, 10.0, len(values)), 0.0, 100.0).round()
+
+
+def test_a_table_of_pairs_is_found_cell_by_cell():
+    randomness = np.random.default_rng(1)
+    numbers = randomness.integers(0, 4, (96, 9))
+    wanted = {(0, 2), (1, 1), (1, 3), (3, 0)}
+    liked = np.array([(a, b) in wanted for a, b in numbers[:, [2, 6]].tolist()])
+    table = next(pair_tables(numbers, noisy(90.0 * liked, 1)))
+    assert (table.first, table.second, set(table.cells)) == (2, 6, wanted)
+    np.testing.assert_array_equal(table.values(numbers), liked)
+    num_cells = len(np.unique(numbers[:, [2, 6]], axis=0))
+    assert table.price == pytest.approx(np.log(comb(9, 2) * num_cells * comb(num_cells, 4)))
+
+
+def test_a_table_divides_scores_better_than_any_other_number_of_its_best_cells():
+    randomness = np.random.default_rng(2)
+    numbers, scores = randomness.integers(0, 3, (60, 4)), randomness.uniform(0.0, 100.0, 60)
+
+    def explained(flag):
+        return abs(np.corrcoef(flag, scores)[0, 1])
+
+    for table in pair_tables(numbers, scores):
+        pairs = numbers[:, [table.first, table.second]]
+        cells = np.unique(pairs, axis=0)
+        means = [scores[(pairs == cell).all(axis=1)].mean() for cell in cells]
+        order = cells[np.argsort(means)[::-1]]
+        flags = [(pairs[:, None] == order[None, :size]).all(axis=2).any(axis=1) for size in range(1, len(order))]
+        assert explained(table.values(numbers)) == pytest.approx(max(map(explained, flags)))
+
+
+def test_an_order_is_found_by_which_a_sequence_never_falls():
+    randomness = np.random.default_rng(3)
+    numbers = randomness.integers(0, 5, (160, 6))
+    true = LearnedOrder((1, 2, 4), (3, 1, 4, 2), 0.0)
+    (other, order) = learned_orders(numbers, [(0, 3, 5), (1, 2, 4)], noisy(90.0 * true.values(numbers), 3))
+    assert order.order in {true.order, true.order[::-1]}
+    assert order.price == other.price == pytest.approx(np.log(2 * factorial(4)))
+    expected = [
+        len(seen := [true.order.index(number) for number in row if number]) > 1 and seen == sorted(seen)
+        for row in numbers[:, [1, 2, 4]].tolist()
+    ]
+    np.testing.assert_array_equal(true.values(numbers), expected)
+
+
+def test_an_order_explains_about_as_much_as_the_best_of_all():
+    randomness = np.random.default_rng(4)
+    numbers, scores = randomness.integers(1, 5, (80, 3)), randomness.uniform(0.0, 100.0, 80)
+    flags = [LearnedOrder((0, 1, 2), order, 0.0).values(numbers) for order in permutations(range(1, 5))]
+    worth = gains(coarse_bins(np.array(flags).T), np.arange(80), scores)
+    (found,) = learned_orders(numbers, [(0, 1, 2)], scores)
+    reached = gains(coarse_bins(found.values(numbers)[:, None]), np.arange(80), scores)[0]
+    # No change of places of two alternatives improves it.
+    assert reached >= np.sort(worth)[-4]
+
+
+def test_a_sum_of_columns_far_apart_is_found():
+    columns = np.random.default_rng(5).random((128, 40))
+    liked = columns[:, 30] - columns[:, 2] - columns[:, 17] > 0.0
+    some = next(signed_sums(columns, noisy(90.0 * liked, 5)))
+    assert dict(zip(some.columns, some.signs, strict=True)) == {2: 1, 17: 1, 30: -1}
+    np.testing.assert_allclose(some.values(columns), columns[:, 2] + columns[:, 17] - columns[:, 30])
+    assert some.price == pytest.approx(np.log(3 * comb(40, 3) * 2**2))
+
+
+@pytest.mark.parametrize("num", [1, 30])
+def test_equal_scores_and_few_columns_suggest_nothing(num):
+    numbers, scores = np.ones((num, 3), dtype=np.int64), np.full(num, 40.0)
+    assert list(pair_tables(numbers, scores)) == []
+    assert list(learned_orders(numbers, [(0, 1, 2)], scores)) == []
+    assert list(signed_sums(numbers.astype(np.float64), scores)) == []
+    rising = np.linspace(0.0, 90.0, num)
+    assert list(pair_tables(numbers[:, :1], rising)) == []
+    assert list(signed_sums(np.zeros((num, 0)), rising)) == []
