@@ -186,19 +186,20 @@ class RuleView(anywidget.AnyWidget):
 
     state = traitlets.Dict(read_only=True, help="State of the page: seed, values of attributes, mistakes.")
 
-    def __init__(self, grammar: str, *, assets: Path | None = None) -> None:
+    def __init__(self, grammar: str, *, assets: Path | None = None, library: Path | None = None) -> None:
         """Watch a rule file; it may have errors.
 
         Args:
             grammar: a rule file, or the name of a shipped one.
             assets: folder of assets, by default the one beside the file.
+            library: folder of further projects that the file imports from.
 
         Raises:
             UsageError: If there is no such file, or it describes a species.
         """
         super().__init__()
         end_if_unguarded()
-        self._watcher = Watcher(grammar, assets=assets)
+        self._watcher = Watcher(grammar, assets=assets, library=library)
         self.on_msg(self._receive)
         self._unlisten = self._watcher.listen(self._tell)
 
@@ -219,7 +220,7 @@ class RuleView(anywidget.AnyWidget):
         self.send(message, list(buffers))
 
 
-def view(grammar: str, *, assets: Path | None = None) -> RuleView:
+def view(grammar: str, *, assets: Path | None = None, library: Path | None = None) -> RuleView:
     """Show the model of a rule file in a notebook, again after every save of the file in any editor.
 
     The page has the mistakes with their lines, sliders, menus and colours of attributes, dice for the seed, a sheet of
@@ -228,6 +229,7 @@ def view(grammar: str, *, assets: Path | None = None) -> RuleView:
     Args:
         grammar: a rule file, or the name of a shipped one.
         assets: folder of assets, by default the one beside the file.
+        library: folder of further projects that the file imports from.
 
     Returns:
         A widget; as the last line of a cell it is shown, ``close`` ends its processes.
@@ -239,4 +241,4 @@ def view(grammar: str, *, assets: Path | None = None) -> RuleView:
     >>> page = gl.view("toy")
     >>> page.close()
     """
-    return RuleView(grammar, assets=assets)
+    return RuleView(grammar, assets=assets, library=library)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console import friendly_errors, print_json, print_result, say, was_given
+from grammarlab.cli.console import Library, friendly_errors, print_json, print_result, say, was_given
 from grammarlab.cli.sample import complete_grammar, print_remarks
 from grammarlab.errors import UsageError
 from grammarlab.printable import printable
@@ -60,6 +60,7 @@ def show(
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
+    library: Library = None,
     tree: Annotated[
         Path | None,
         typer.Option(
@@ -74,10 +75,11 @@ def show(
     The tables list rules, symbols, attributes and probabilities; for species of trees, parameters and kinds.
     """
     with friendly_errors():
+        from grammarlab.language.presets import RuleChoices
         from grammarlab.runs.sample.domains import SPECIES
         from grammarlab.runs.sample.shipped import find_rules
 
-        source = find_rules(grammar, assets)
+        source = find_rules(grammar, assets, RuleChoices(library))
         if source.suffix == SPECIES:
             from grammarlab.cli.show_species import show_species, show_tree
 
@@ -95,7 +97,7 @@ def show(
 
             if graph is not None:
                 raise UsageError("--graph draws the rules, --model lists one model: give one of them.")
-            options = attributes or (), start_rule, footprint, assets
+            options = attributes or (), start_rule, footprint, assets, library
             trace = trace_model(grammar, model, seed, *options)
             print_remarks(trace.remarks)
             if tree is not None:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from grammarlab.cli.console import friendly_errors, say
+from grammarlab.cli.console import Library, friendly_errors, say
 from grammarlab.cli.page import page_opener
 from grammarlab.cli.sample import complete_grammar
 
@@ -21,6 +21,7 @@ def watch(
     assets: Annotated[
         Path | None, typer.Option("--assets", help="Folder of assets. Default: the asset folder of the file.")
     ] = None,
+    library: Library = None,
 ) -> None:
     """Show the model of a rule file in the browser, again after every save of the file in any editor.
 
@@ -32,7 +33,7 @@ def watch(
         from grammarlab.pages.server import serve
         from grammarlab.pages.watch.watcher import PAGE, Watcher
 
-        watcher = Watcher(grammar, assets=assets)
+        watcher = Watcher(grammar, assets=assets, library=library)
         try:
             with page_opener(f"watches {watcher.desk.target}; Ctrl-C ends", browser=browser) as announce:
                 serve(watcher, PAGE, port, announce)

@@ -130,3 +130,14 @@ print(*(name for name in sys.modules if name.startswith("grammarlab.")))
     rooms = {name.split(".")[1] for name in loaded}
     assert not rooms & {"learning", "preference", "density", "evaluation", "facade", "scoring", "notebook"}
     assert len(loaded) <= MOST_IMPORTED
+
+
+def test_what_a_library_has_is_shown_with_it(run, tmp_path):
+    rules = tmp_path / "lot.cga"
+    rules.write_text('import walls : "/City.lib/rules/walls.cga"\nLot --> extrude(3) walls.Brick')
+    (tmp_path / "lib" / "City.lib" / "rules").mkdir(parents=True)
+    (tmp_path / "lib" / "City.lib" / "rules" / "walls.cga").write_text("Brick --> Stone. Stone.")
+    library = ("--library", tmp_path / "lib")
+    assert "Stone" in run("show", rules, "--model", 0, *library).stdout
+    assert "Stone" in run("show", rules, *library).stdout
+    assert "Stone" not in run("show", rules, "--model", 0).stdout

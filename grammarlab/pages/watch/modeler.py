@@ -18,6 +18,7 @@ from grammarlab.export.glb import merged_glb
 from grammarlab.features.acceptance import Acceptance, derive_accepted
 from grammarlab.language.attribute_values import read_attributes
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.presets import RuleChoices
 from grammarlab.learning.designs.grammar_space import GrammarParts
 from grammarlab.option_names import with_options
 from grammarlab.pages.watch.controls import Control, controls_of
@@ -42,20 +43,22 @@ _QUALITY = 88
 """Quality of JPEGs, 1 to 95."""
 
 
-def modeler(file: str, assets: str) -> Handler:
+def modeler(file: str, assets: str, library: str = "") -> Handler:
     """Worker for `MakeModel`, `DrawPicture` and `FindPart` tasks of a rule file.
 
     Args:
         file: path of the file, or the name of a shipped one; it is read again for each model.
         assets: folder of assets; empty for the one beside the file.
+        library: folder of further projects that the file imports from; empty for none.
     """
-    return _Bench(file, Path(assets) if assets else None).do
+    return _Bench(file, Path(assets) if assets else None, RuleChoices(library or None)).do
 
 
 @dataclass
 class _Bench:
     file: str
     assets: Path | None
+    choices: RuleChoices
     part_finder: PartFinder | None = None
 
     def do(self, request: MakeModel | DrawPicture | FindPart, _report: Report) -> MadeModel | FoundPart | bytes:
@@ -72,7 +75,7 @@ class _Bench:
         controls: tuple[Control, ...] | None = None
         lines: list[str] = []
         try:
-            lines = find_rules(self.file, self.assets).text().splitlines()
+            lines = find_rules(self.file, self.assets, self.choices).text().splitlines()
             rules = self._rules()
             controls = controls_of(rules)
             forest, batch, folder = self._derive(wanted)
@@ -91,11 +94,11 @@ class _Bench:
             return MadeModel(controls=controls, mistakes=(Mistake("error", str(error)),))
 
     def _rules(self) -> Grammar:
-        source = find_rules(self.file, self.assets)
+        source = find_rules(self.file, self.assets, self.choices)
         return compiled(source.text(), source.name)[0]
 
     def _derive(self, wanted: Wanted) -> tuple[Forest, TriangleBatch, AssetRoot]:
-        source = find_rules(self.file, self.assets)
+        source = find_rules(self.file, self.assets, self.choices)
         rules, program = compiled(source.text(), source.name)
         # What a save has renamed or removed is no longer set.
         texts = [f"{name}={value}" for name, value in wanted.attributes if name in rules.attributes]

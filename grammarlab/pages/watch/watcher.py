@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from grammarlab.errors import UsageError
+from grammarlab.language.presets import RuleChoices
 from grammarlab.pages import STATIC
 from grammarlab.pages.desk import DESK_COMMANDS, Command
 from grammarlab.pages.desktop import DeskHooks, Desktop, StateEvent
@@ -28,17 +29,18 @@ _LARGEST = 2**53
 class Watcher(Desktop[WatchDesk]):
     """A rule file as a model that follows every save."""
 
-    def __init__(self, grammar: str, *, assets: Path | None = None) -> None:
+    def __init__(self, grammar: str, *, assets: Path | None = None, library: Path | None = None) -> None:
         """Watch a rule file; it may have errors.
 
         Args:
             grammar: a rule file, or the name of a shipped one.
             assets: folder of assets, by default the one beside the file.
+            library: folder of further projects that the file imports from.
 
         Raises:
             UsageError: If there is no such file, or it describes a species.
         """
-        source = find_rules(grammar, assets)
+        source = find_rules(grammar, assets, RuleChoices(library))
         if source.suffix == SPECIES:
             raise UsageError(f"{source.path}: expected a rule file; a species of trees has no rules to watch.")
         hooks: DeskHooks[WatchDesk] = DeskHooks(poll=WatchDesk.poll, poll_seconds=_POLL_SECONDS, close=WatchDesk.close)
@@ -47,7 +49,7 @@ class Watcher(Desktop[WatchDesk]):
             bench, artist = (
                 WorkerPool(
                     make="grammarlab.pages.watch.modeler:modeler",
-                    arguments=(str(source.path), str(assets or "")),
+                    arguments=(str(source.path), str(assets or ""), str(library or "")),
                     size=1,
                     deliver=desktop.post,
                     politeness=politeness,

@@ -20,6 +20,7 @@ from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from grammarlab.language.attribute_values import read_attributes, usable_properties
 from grammarlab.language.grammar import read_text
 from grammarlab.language.numbering import Numbering
+from grammarlab.language.presets import RuleChoices
 from grammarlab.runs.sample.models import property_remarks
 from grammarlab.runs.sample.records import compiled
 from grammarlab.runs.sample.shipped import find_rules
@@ -76,6 +77,7 @@ def trace_model(
     start_rule: str = "",
     footprint: str = "",
     assets: Path | None = None,
+    library: Path | None = None,
 ) -> DerivationTrace:
     """Derive one model as in `grammarlab.runs.sample.run.sample_run`.
 
@@ -87,11 +89,12 @@ def trace_model(
         start_rule: the start rule; empty for the one that the grammar marks.
         footprint: one polygon in the syntax of `read_footprints`; empty for the default footprint.
         assets: folder of assets, by default the one beside the rule file.
+        library: folder of further projects that the rule file imports from.
 
     Raises:
         UsageError: If a value is out of range, or there are several footprints.
     """
-    source = find_rules(grammar, assets)
+    source = find_rules(grammar, assets, RuleChoices(library))
     rules, program = compiled(source.text(), source.name)
     values = read_attributes(attributes, rules)
     polygon: Footprint = DEFAULT_FOOTPRINT

@@ -130,3 +130,15 @@ def test_every_save_is_seen_and_steps_go_back(tmp_path: Path):
 def test_a_species_has_no_rules_to_watch():
     with pytest.raises(UsageError, match="no rules to watch"):
         Watcher("oak")
+
+
+def test_rules_of_a_library_are_watched_with_it(tmp_path: Path):
+    rules = tmp_path / "lot.cga"
+    rules.write_text('import walls : "/City.lib/rules/walls.cga"\nLot --> extrude(3) walls.Brick')
+    (tmp_path / "lib" / "City.lib" / "rules").mkdir(parents=True)
+    (tmp_path / "lib" / "City.lib" / "rules" / "walls.cga").write_text("Brick --> Stone. Stone.")
+    libraries = ("", str(tmp_path / "lib"))
+    without, made = (modeler(str(rules), "", each)(MakeModel(Wanted()), lambda *_: None) for each in libraries)
+    assert isinstance(without, MadeModel)
+    assert isinstance(made, MadeModel)
+    assert (without.shapes, made.shapes, made.mistakes) == (1, 2, ())
