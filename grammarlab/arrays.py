@@ -268,11 +268,16 @@ def distinct_lists(values: NDArray, counts: NDArray[np.integer]) -> tuple[Ints, 
     ([0, 1], [0, 1, 0])
     """
     num, longest = len(counts), int(counts.max(initial=0))
-    if num * longest > _MOST_PLACES * len(values):
+    if not lists_are_compared(counts):
         return np.arange(num), np.arange(num)
     table = np.zeros((num, longest, *values.shape[1:]), dtype=values.dtype)
     table[row_of_value(counts), index_in_row(counts)] = values
     return distinct_rows(counts, table)
+
+
+def lists_are_compared(counts: NDArray[np.integer]) -> bool:
+    """Whether `distinct_lists` compares lists of these lengths [N]."""
+    return len(counts) * int(counts.max(initial=0)) <= _MOST_PLACES * int(counts.sum())
 
 
 def connected(num: int, one: Ints, other: Ints) -> Ints:

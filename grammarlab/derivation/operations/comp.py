@@ -7,8 +7,8 @@ The faces of boxes and rectangles are table look-ups; every other geometry goes 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property, partial
 from itertools import repeat
 from typing import Literal, NamedTuple
 
@@ -21,6 +21,7 @@ from grammarlab.arrays import (
     distinct_counts,
     distinct_lists,
     distinct_pairs,
+    lists_are_compared,
     narrow,
     offsets_from_counts,
     ranked,
@@ -96,8 +97,10 @@ class AbstractComponents(ABC):
 
     row: Rows
     """[K] the shape that each component belongs to."""
-    index: Rows
-    """[K] its number within the shape."""
+
+    @abstractmethod
+    def numbers(self, chosen: Rows) -> Rows:
+        """[C] the numbers of chosen components within their shapes."""
 
     @abstractmethod
     def picked(self, selector: str) -> Flags:
@@ -134,7 +137,9 @@ class _BoxFaces(AbstractComponents):
             self._origins = np.array([[[0.0, 0.0, 1.0 if kind == FOOTPRINT else 0.0]]])
         count = self._cubes.shape[1]
         self.row = np.repeat(np.arange(shapes.num), count)
-        self.index = np.tile(np.arange(count), shapes.num)
+
+    def numbers(self, chosen: Rows) -> Rows:
+        return chosen % self._cubes.shape[1]
 
     def picked(self, selector: str) -> Flags:
         if selector in ("all", "border", "inside"):
@@ -160,7 +165,7 @@ class _BoxFaces(AbstractComponents):
         if join != "each" or not aligned:
             return _MeshComponents(self._call, self._shapes, "f").shapes_of(chosen, join, aligned)
         shapes, frames = self._shapes, self._call.workspace.frames
-        row, face = self.row[chosen], self.index[chosen]
+        row, face = self.row[chosen], self.numbers(chosen)
         whole = shapes.size[row]
         parent = shapes.frame[row]
         mesh = np.full(len(row), np.int32(FACE))
@@ -187,11 +192,14 @@ class _MeshComponents(AbstractComponents):
 
     def __init__(self, call: BoundCall, shapes: Shapes, kind: str) -> None:
         self._call, self._shapes, self._kind = call, shapes, kind
-        self._meshes, _, self._number = alike_meshes(shapes, call.workspace)
+        self._meshes, self._first, self._number = alike_meshes(shapes, call.workspace)
         self._components = _MAKERS[kind](self._meshes)
         counts = np.bincount(self._components.mesh, minlength=len(self._meshes))
         self._source, offsets = take_rows(offsets_from_counts(counts), self._number)
-        self.row, self.index = row_of_value(row_lengths(offsets)), self._components.index.take(self._source)
+        self.row = row_of_value(row_lengths(offsets))
+
+    def numbers(self, chosen: Rows) -> Rows:
+        return self._components.index.take(self._source.take(chosen))
 
     def picked(self, selector: str) -> Flags:
         frames, shapes = self._call.workspace.frames, self._shapes
@@ -229,9 +237,8 @@ class _MeshComponents(AbstractComponents):
             components = self._components.take(used)
             components = upwards(components) if selector in _CLIMBING else components
             return self._placed(components, number, row, np.arange(len(chosen)), aligned)
-        rows, counts = distinct_counts(row, self._shapes.num)
+        rows, counts, alike, number = self._lists(source, row)
         starts = offsets_from_counts(counts)
-        alike, number = distinct_lists(source, counts)
         joined_rows, offsets = take_rows(starts, alike)
         components, first = self._joined(source[joined_rows], row_lengths(offsets), join)
         owner = np.searchsorted(offsets, first, side="right") - 1
@@ -240,6 +247,32 @@ class _MeshComponents(AbstractComponents):
         owners = row_of_value(row_lengths(of_row))
         first_chosen = starts[owners] + (first - offsets[owner])[which]
         return self._placed(components, which, rows[owners], first_chosen, aligned)
+
+    def _lists(self, source: Rows, row: Rows) -> tuple[Rows, Rows, Rows, Rows]:
+        """Chosen components as lists, one for each shape that has some.
+
+        Args:
+            source: [C] the components, ascending by shape.
+            row: [C] their shapes.
+
+        Returns:
+            The shapes [L], the lengths [L] of the lists, the first [K] of each different list, and the number [L] of
+            each among these.
+        """
+        is_chosen = np.zeros(len(self._components), dtype=bool)
+        is_chosen[source] = True
+        if np.count_nonzero(is_chosen.take(self._source)) == len(source):
+            # Shapes of equal geometry have equal lists, which need not be compared.
+            counts = np.bincount(self._components.mesh[is_chosen], minlength=len(self._meshes))
+            rows = np.flatnonzero(counts.take(self._number))
+            number = self._number.take(rows)
+            lengths = counts.take(number)
+            if lists_are_compared(lengths):
+                used = counts > 0
+                first = np.searchsorted(rows, self._first[used])
+                return rows, lengths, first, (np.cumsum(used) - 1).take(number)
+        rows, counts = distinct_counts(row, self._shapes.num)
+        return rows, counts, *distinct_lists(source, counts)
 
     def _joined(self, source: Rows, sizes: Rows, join: Join) -> tuple[parts_of.ComponentMeshes, Rows]:
         """Components of lists of components, and the index among all of the first component of each.
@@ -298,7 +331,11 @@ class _MixedComponents(AbstractComponents):
         row = np.concatenate([rows[group.row] for rows, group in groups])
         self._order = np.argsort(narrow(row), kind="stable")
         self.row = row[self._order]
-        self.index = np.concatenate([group.index for _, group in groups])[self._order]
+        numbers = [group.numbers(np.arange(len(group.row))) for _, group in groups]
+        self._numbers = np.concatenate(numbers)[self._order]
+
+    def numbers(self, chosen: Rows) -> Rows:
+        return self._numbers.take(chosen)
 
     def picked(self, selector: str) -> Flags:
         return np.concatenate([group.picked(selector) for _, group in self._groups])[self._order]
@@ -369,7 +406,7 @@ def select_components(call: BoundCall, heads: tuple[Head, ...]) -> tuple[list[Se
         part, row = _part(call, components, chosen, head), components.row[chosen]
         new_shape = np.unique(row, return_inverse=True)[1] if head.joined else np.arange(len(chosen))
         selections.append(
-            SelectedComponents(part.shapes, part.number.astype(np.int64), row, components.index[chosen], new_shape)
+            SelectedComponents(part.shapes, part.number.astype(np.int64), row, components.numbers(chosen), new_shape)
         )
     return selections, np.bincount(components.row, minlength=call.shapes.num)
 
@@ -411,7 +448,7 @@ def _chosen(call: BoundCall, components: AbstractComponents, head: Head, availab
         if len(candidates) == 0:
             return candidates
         placed = components.shapes_of(candidates, "each", aligned=False)
-        shapes, number = call.shapes.parts(*placed[:5]), components.index[candidates]
+        shapes, number = call.shapes.parts(*placed[:5]), components.numbers(candidates)
         if call.workspace.tags is not None:
             names = {part: COMPONENT_TAGS + (f".{part}" if part else "") for part in ("", "e", "v")}
             tags = {name: components.tags(part)[candidates] for part, name in names.items()}
@@ -424,7 +461,8 @@ def _chosen(call: BoundCall, components: AbstractComponents, head: Head, availab
     # Numbers go round: of six faces, 6 is the first and -1 the last one.
     count = np.maximum(np.bincount(components.row, minlength=call.shapes.num), 1)
     target_index = np.rint(call.column(head.argument)) % count
-    return np.flatnonzero(available & (components.index == target_index[components.row]))
+    numbers = components.numbers(np.arange(len(components.row)))
+    return np.flatnonzero(available & (numbers == target_index[components.row]))
 
 
 def _picked(call: BoundCall, components: AbstractComponents, selector: str) -> Flags:
@@ -441,8 +479,8 @@ def _part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: H
     placed = components.shapes_of(chosen, join, aligned, head.text)
     parts = shapes.parts(*placed[:5])
     parts = with_pivot(parts, placed.pivot, parts.frame, call.workspace) if aligned else parts
-    parts = _with_planes(call, parts, placed.row, components.index[chosen], join)
-    return BoundPart(_indexed(call, parts, placed.row, head), components.index[chosen[placed.first]])
+    parts = _with_planes(call, parts, placed.row, partial(components.numbers, chosen), join)
+    return BoundPart(_indexed(call, parts, placed.row, head), components.numbers(chosen.take(placed.first)))
 
 
 def _bare_part(call: BoundCall, components: AbstractComponents, chosen: Rows, head: Head) -> BoundPart:
@@ -451,17 +489,17 @@ def _bare_part(call: BoundCall, components: AbstractComponents, chosen: Rows, he
         part = _part(call, components, chosen, head)
         return part._replace(shapes=part.shapes.bare())
     row = components.row[chosen]
-    return BoundPart(_indexed(call, call.shapes.bare_parts(row), row, head), components.index[chosen])
+    return BoundPart(_indexed(call, call.shapes.bare_parts(row), row, head), components.numbers(chosen))
 
 
-def _with_planes(call: BoundCall, parts: Shapes, row: Rows, index: Rows, join: Join) -> Shapes:
-    """Components with the trim planes of their faces; edges, corners and joined faces have none."""
+def _with_planes(call: BoundCall, parts: Shapes, row: Rows, numbers: Callable[[], Rows], join: Join) -> Shapes:
+    """Components with the trim planes of their faces, numbered within the shapes; other ones have none."""
     if TRIM not in parts.state:
         return parts
     alone = (call.shapes.mesh == FACE) | (call.shapes.mesh == FOOTPRINT)
     if call.words[0] != "f" or join != "each" or alone.all() or "noAlign" in call.words:
         return with_trim_ids(parts, NONE)
-    return with_trim_ids(parts, call.workspace.trim_planes.add(call.shapes, row, index, parts))
+    return with_trim_ids(parts, call.workspace.trim_planes.add(call.shapes, row, numbers(), parts))
 
 
 def _indexed(call: BoundCall, parts: Shapes, row: Rows, head: Head) -> Shapes:
@@ -490,7 +528,7 @@ def edges_of_faces(call: BoundCall) -> tuple[Shapes, Rows]:
     """Every edge of every face of shapes as a shape in their axes, and its number within its shape."""
     components = _MeshComponents(call, call.shapes, "fe")
     placed = components.shapes_of(np.arange(len(components.row)), "each", aligned=False)
-    return call.shapes.parts(*placed[:5]), components.index
+    return call.shapes.parts(*placed[:5]), components.numbers(np.arange(len(components.row)))
 
 
 _COMPONENTS = BlockOperation(
