@@ -17,6 +17,7 @@ from grammarlab.errors import DerivationError, Finding, GrammarlabError, Languag
 from grammarlab.export.glb import merged_glb
 from grammarlab.features.acceptance import Acceptance, derive_accepted
 from grammarlab.language.attribute_values import read_attributes
+from grammarlab.language.checking.check import check_files
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.presets import RuleChoices
 from grammarlab.learning.designs.grammar_space import GrammarParts
@@ -30,7 +31,7 @@ from grammarlab.pages.workers.worker_pool import Handler, Report
 from grammarlab.rendering.camera import View, frame
 from grammarlab.rendering.raycast import RaycastRenderer
 from grammarlab.rendering.renderer import RenderOptions
-from grammarlab.runs.sample.checks import warnings_of
+from grammarlab.runs.sample.checks import SUPPORTED, warnings_of
 from grammarlab.runs.sample.contact_sheet import seen_points
 from grammarlab.runs.sample.records import compiled
 from grammarlab.runs.sample.shipped import find_rules
@@ -60,6 +61,8 @@ class _Bench:
     assets: Path | None
     choices: RuleChoices
     part_finder: PartFinder | None = None
+    checked: tuple[str, tuple[Finding, ...]] = "", ()
+    """The text that was checked last, and what was found in it."""
 
     def do(self, request: MakeModel | DrawPicture | FindPart, _report: Report) -> MadeModel | FoundPart | bytes:
         if isinstance(request, FindPart):
@@ -83,7 +86,8 @@ class _Bench:
             numbering = number_grammar(rules)
             self.part_finder = PartFinder("", GrammarParts(forest, numbering))
             tree = tuple(part_tree(forest, numbering, self.file))
-            warnings = tuple(_mistake_of(each, lines) for each in warnings_of(forest.missing_assets, folder))
+            findings = (*self._remarks(), *warnings_of(forest.missing_assets, folder))
+            warnings = tuple(_mistake_of(each, lines) for each in findings)
             return MadeModel(glb, len(forest.leaves), controls, warnings, tree)
         except LanguageError as error:
             mistakes = tuple(_mistake_of(each, error.text.splitlines() or lines) for each in error.findings)
@@ -92,6 +96,15 @@ class _Bench:
             return MadeModel(controls=controls, mistakes=(_mistake_of_derivation(error, lines),))
         except GrammarlabError as error:
             return MadeModel(controls=controls, mistakes=(Mistake("error", str(error)),))
+
+    def _remarks(self) -> tuple[Finding, ...]:
+        """What a check finds in the file itself, as names that are neither rules nor operations."""
+        source = find_rules(self.file, self.assets, self.choices)
+        text = source.text()
+        if text != self.checked[0]:
+            checked = check_files(source.path, str(source.path), SUPPORTED, library=self.choices.library)
+            self.checked = text, tuple(checked[0].findings)
+        return self.checked[1]
 
     def _rules(self) -> Grammar:
         source = find_rules(self.file, self.assets, self.choices)
@@ -126,7 +139,9 @@ def _glb_of(batch: TriangleBatch, assets: AssetRoot) -> bytes:
 def _mistake_of(finding: Finding, lines: list[str]) -> Mistake:
     line, column = finding.location.line, finding.location.column
     message, hint = with_options(finding.message), with_options(finding.hint)
-    return Mistake(finding.severity, message, hint, line, column, _line(lines, line))
+    return Mistake(
+        "error" if finding.severity == "error" else "warning", message, hint, line, column, _line(lines, line)
+    )
 
 
 def _mistake_of_derivation(error: DerivationError, lines: list[str]) -> Mistake:

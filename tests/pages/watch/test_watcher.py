@@ -142,3 +142,19 @@ def test_rules_of_a_library_are_watched_with_it(tmp_path: Path):
     assert isinstance(without, MadeModel)
     assert isinstance(made, MadeModel)
     assert (without.shapes, made.shapes, made.mistakes) == (1, 2, ())
+
+
+def test_a_misspelt_operation_is_told_at_its_line_beside_the_model(tmp_path: Path):
+    rules = tmp_path / "lot.cga"
+    rules.write_text("Lot -->\n    extrud(3) Block.")
+    make = modeler(str(rules), "")
+    for _ in range(2):
+        made = make(MakeModel(Wanted()), lambda *_: None)
+        assert isinstance(made, MadeModel)
+        (mistake,) = made.mistakes
+        assert (mistake.severity, mistake.line, mistake.column, made.shapes) == ("warning", 2, 5, 2)
+        assert "unknown rule or operation 'extrud'" in mistake.message
+    rules.write_text("Lot -->\n    extrude(3) Block.")
+    made = make(MakeModel(Wanted()), lambda *_: None)
+    assert isinstance(made, MadeModel)
+    assert made.mistakes == ()
