@@ -15,10 +15,9 @@ import pytest
 from threadpoolctl import threadpool_limits
 
 from grammarlab.baselines import gaussian_process
-from grammarlab.baselines.gaussian_process import MAX_ITERATIONS, NOISE, PENALTY
+from grammarlab.baselines.gaussian_process import MAX_ITERATIONS, NOISE, PENALTY, common_relevance
 from grammarlab.preference.observations import observe
 from grammarlab.preference.processes.evidence import minimise
-from grammarlab.preference.processes.grouped_search import common_relevance
 
 SIZES = [(256, 470), (512, 1085)]
 LOW, HIGH = np.log(1e-11), np.log(1e5)

@@ -19,6 +19,9 @@ AnyFloats = NDArray[np.floating]
 """Numbers of single or double precision, as pictures are made of."""
 _Integer = TypeVar("_Integer", bound=np.integer)
 
+ROUNDING = 1e-9
+"""Largest relative error of sums and products of many numbers: what differs less is equal."""
+
 _HASH_FACTORS = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 """Factors of the finaliser of SplitMix64."""
 _WORD = 8

@@ -19,16 +19,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import cho_solve, cholesky
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.factors import relevances
 from grammarlab.preference.observations import Observations, checked_groups, observe, thinned
 from grammarlab.preference.processes.evidence import Data, loss, minimise, padded, padded_size
-from grammarlab.preference.processes.grouped_search import common_relevance
-from grammarlab.preference.processes.posterior import Hyperparameters, Posterior, condition
+from grammarlab.preference.processes.posterior import Hyperparameters, Posterior, condition, squared_distances
 
 NOISE = 0.01
 """1 / beta of Equation 4.6, in squared scores."""
@@ -45,6 +45,9 @@ MAX_ITERATIONS = 100
 _ITERATIONS_PER_STAGE = 20
 """Largest number of iterations before columns are left out."""
 
+_RELEVANCES = np.exp(np.linspace(-4.0, 4.0, 9))
+"""Candidate relevances, as multiples of one over the mean squared distance of two rows."""
+
 _MIN_LOG_THETA, _MAX_LOG_THETA = np.log(1e-11), np.log(1e5)
 """Bounds of log theta: wide enough to be inactive, narrow enough for exp."""
 
@@ -56,6 +59,17 @@ _RETURN_SLOPE = 0.05
 """Decrease of E per unit of weight times squared range from which a column is added again."""
 _MAX_RETURNS = 32
 """Largest number of columns that are added again at once."""
+
+
+@dataclass(frozen=True, slots=True)
+class StartingKernel:
+    """A kernel with equal relevance of all columns."""
+
+    amplitude: float
+    """theta_0 in squared scores."""
+    weights: Floats
+    """[F] equal for all columns once each is scaled to the range 0-1; 0 for columns that do not vary, about which
+    the labels say nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +105,37 @@ class GaussianProcessPreference(AbstractPreference):
 
     def explain(self, group_names: Sequence[str]) -> list[Relevance]:
         return relevances(self.rows, self.search.weights, self.groups, group_names)
+
+
+def common_relevance(observations: Observations, noise: float, penalty: float) -> StartingKernel:
+    """The start with the best evidence (Equation 4.8) among a few relevances.
+
+    For each the best amplitude has a closed form, taking noise as a share of the mean squared score. If all scores
+    are zero, no choice is possible: the amplitude is then half of `MAX_SCORE` squared.
+
+    Args:
+        observations: the labels.
+        noise: 1 / beta > 0 in squared scores.
+        penalty: lambda >= 0.
+    """
+    ranges = np.ptp(observations.rows, axis=0)
+    unit = np.divide(1.0, ranges**2, out=np.zeros_like(ranges), where=ranges > 0.0)
+    scaled = (observations.rows - observations.rows.mean(axis=0)) * np.sqrt(unit)
+    squared, u = squared_distances(scaled, scaled), observations.means
+    n, typical = len(u), float(np.mean(squared)) or 1.0
+    best, least = StartingKernel((MAX_SCORE / 2.0) ** 2, unit / typical), np.inf
+    if not np.any(u > 0.0):
+        return best
+    ratio = noise / float(np.mean(u * u))
+    for relevance in _RELEVANCES / typical:
+        correlation = np.exp(-0.5 * relevance * squared)
+        correlation.flat[:: n + 1] += ratio / observations.counts + 1e-12
+        factor = cholesky(correlation, lower=True, overwrite_a=True, check_finite=False)
+        amplitude = float(u @ cho_solve((factor, True), u, check_finite=False)) / n
+        energy = float(np.sum(np.log(np.diag(factor))) + 0.5 * n * np.log(amplitude) + penalty * relevance * unit.sum())
+        if energy < least:
+            best, least = StartingKernel(amplitude, relevance * unit), energy
+    return best
 
 
 def fit(

@@ -19,11 +19,11 @@ from sklearn.gaussian_process.kernels import RBF, ConstantKernel
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.baselines.gaussian_process import common_relevance
 from grammarlab.preference.base import AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.factors import relevances
 from grammarlab.preference.observations import Observations, checked_groups, observe, thinned
 from grammarlab.preference.processes.evidence import minimise
-from grammarlab.preference.processes.grouped_search import common_relevance
 
 NOISE = 0.01
 """Variance of one label in squared scores."""

@@ -50,7 +50,7 @@ _MAX_SYMBOLS = 10_000
 """Largest number of new symbols in one annotation."""
 _MAX_CANDIDATES_AT_ONCE = 2_048
 """Number of candidates that are made at once."""
-_CANDIDATES, _DECISIONS = 0x4143_4345_5054, 0x4445_4349_4445
+_CANDIDATES, _DECISIONS = int.from_bytes(b"ACCEPT"), int.from_bytes(b"DECIDE")
 """Lanes of random numbers: seeds of candidates, and decisions about them."""
 _SYMBOL = re.compile(r"([^\W\d][\w.]*)/(\d{1,3}) ([^\W\d][\w.]*)((?: \S+:\S+)*)")
 _ROOT, _NONE = "*", "-"

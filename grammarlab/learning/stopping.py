@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import ROUNDING, Floats
 from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import jensen_shannon
@@ -34,8 +34,6 @@ _MAX_DESIGNS = 500
 """Number of designs of the pool, evenly spaced, on which densities are compared."""
 _NUM_DRAWS = 24
 """Number of functions drawn from the posterior."""
-_CONSTANT_TOLERANCE = 1e-6
-"""Largest difference of predictions that distinguish nothing, as a share of the highest score."""
 
 
 def expected_gain(study: Study[Designs], state: State, more: int = NUM_MORE) -> float | None:
@@ -62,7 +60,7 @@ def expected_divergence(study: Study[Designs], state: State) -> float | None:
         return None
     rows, weights = some_designs(study, state)
     divergence = remaining_divergence(product, rows, weights, state.num_answers, study.settings.seed)
-    is_constant = np.ptp(product.predict(rows).mean) <= _CONSTANT_TOLERANCE * MAX_SCORE
+    is_constant = np.ptp(product.predict(rows).mean) <= ROUNDING * MAX_SCORE
     if is_constant and any(np.ptp(state.answers[name].scores) > 0.0 for name in state.liked):
         return None
     return divergence

@@ -29,8 +29,18 @@ MAX_SCORE = 100.0
 """Highest score; the lowest is 0 for disliked models."""
 MIN_SHARE = 1e-3
 """Smallest share of one of several explanations in predictions; those below it are left out."""
+LIKED_SHARE = 0.25
+"""Share of the highest score from which a design or a kind of designs is liked."""
+NEGLIGIBLE_SHARE = 0.01
+"""Share of the relevance of a part, of the range of a quantity, or of a variance, that does not count."""
 MANY_LABELS = 160
 """Number of labels from which on a part of the searches, or of the labels, is enough. More are only slower."""
+FEW = 3
+"""Number of trees, persons or starts that are followed where the best one alone might do. More are only slower."""
+HOPELESS = 12.0
+"""Loss in nats that a search does not expect to make up for."""
+SCORE_STEP = 1.0
+"""Smallest difference of scores in points that a person can mean: designs of a smaller value are not liked."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 
 from grammarlab.arrays import Floats
 from grammarlab.preference.base import (
+    FEW,
     MANY_LABELS,
     MAX_SCORE,
     AbstractPreference,
@@ -43,8 +44,6 @@ from grammarlab.preference.unexplained import Unexplained, folds_of, unexplained
 
 MIN_LABELS = 16
 """Smallest number of labels for a share of cells by held-out scores; with fewer, the process comes first."""
-NUM_FEWER_STARTS = 3
-"""Number of starts of the process with more labels than these, which leave fewer explanations open."""
 _RATIO_POWER = 7.0
 """Power of the ratio of what cells and the process like of all designs. Where the process was the better part, they
 liked about as much (.9 to 1.1); where it was the worse one, it liked 1.2 to 50 times as much."""
@@ -272,7 +271,7 @@ def fit(
     numbers = checked_groups(groups, table.shape[1])
     drawn = checked_kinds(continuous, len(numbers))
     cells = partition.fit(table, values, groups=numbers, continuous=drawn, priors=priors, seed=seed)
-    starts = NUM_FEWER_STARTS if len(values) > MANY_LABELS else None
+    starts = FEW if len(values) > MANY_LABELS else None
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
     flat = _unexplained(table, cells, seed)
     chosen, likely = selected(values), np.ones(len(numbers)) if priors is None else np.asarray(priors, np.float64)

@@ -14,9 +14,17 @@ from scipy.spatial.distance import pdist
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Level, Prediction, Relevance, Rows
+from grammarlab.preference.base import (
+    MAX_SCORE,
+    NEGLIGIBLE_SHARE,
+    AbstractPreference,
+    Level,
+    Prediction,
+    Relevance,
+    Rows,
+)
 
-_LEVELS: tuple[tuple[float, Level], ...] = ((0.5, "strong"), (0.1, "medium"), (0.01, "weak"))
+_LEVELS: tuple[tuple[float, Level], ...] = ((0.5, "strong"), (0.1, "medium"), (NEGLIGIBLE_SHARE, "weak"))
 """Smallest share of each word."""
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.base import MANY_LABELS, MAX_SCORE
+from grammarlab.preference.base import MANY_LABELS, MAX_SCORE, MIN_SHARE, SCORE_STEP
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import observe
@@ -24,12 +24,8 @@ from grammarlab.preference.unexplained import folds_of
 
 PROCESS_SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
 """Candidate shares of the process."""
-_ODDS_OF_CELLS = 20.0
-"""Prior odds of cells alone against any other share."""
-_ODDS_OF_OTHERS = 5.0
-"""Prior odds of no lines against any other share of them."""
-_EVIDENCE_POWER = 0.5
-"""Power of the evidence of lines on that of cells: each is that of the best explanation, of many."""
+_ODDS_OF_ONE = 20.0
+"""Prior odds of cells alone against any other share of a process, and of no lines against any other share of them."""
 _MAX_LOG_ODDS = 100.0
 """Largest log-odds that are not infinite."""
 _ODDS_OF_BOXES = 1e4
@@ -38,14 +34,10 @@ _MISSED_BY_BOXES = 0.1
 """Share of held-out scores that say nothing if boxes explain the scores: these are looked for again without them, and
 one bound more or less decides about many of the scores that boxes disputed."""
 _LIKELIHOOD_POWER = 0.25
-"""Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
-their structure from all scores."""
-_MIN_SHARE = 0.005
-"""Share of the process below which it is left out."""
+"""Power of the likelihood of held-out scores, and of the evidence of lines on that of cells. Scores were asked for where
+the preference was open, the parts know their structure from all scores, and each is the best explanation of many."""
 NUM_FOLDS = 3
 """Number of parts of the labels, each held out once."""
-_MIN_LIKED = 1.0
-"""Smallest value of a liked design, in points."""
 
 Sketch = tuple[GroupedPreference, PartitionPreference]
 """Both kinds of preference, fitted quickly to a part of the labels."""
@@ -115,10 +107,10 @@ def held_out(rows: Floats, scores: Floats, continuous: Flags, seed: int, parts: 
     share = _share(rows, scores, predicted[:2], cells)
     without_line = share * predicted[0] + (1.0 - share) * predicted[1]
     # Lines and cells have an evidence of their own, which says more than held-out scores.
-    odds = float(np.exp(np.clip(_EVIDENCE_POWER * (1.0 - share) * advantage, -_MAX_LOG_ODDS, _MAX_LOG_ODDS)))
+    odds = float(np.exp(np.clip(_LIKELIHOOD_POWER * (1.0 - share) * advantage, -_MAX_LOG_ODDS, _MAX_LOG_ODDS)))
     both = np.stack([predicted[2], without_line])
     is_open = len(line.columns) > 0 and not _explains_all(cells)
-    line_share = share_by(both, scores, _designs(rows), _ODDS_OF_OTHERS / odds) if is_open else 0.0
+    line_share = share_by(both, scores, _designs(rows), _ODDS_OF_ONE / odds) if is_open else 0.0
     errors = line_share * predicted[2] + (1.0 - line_share) * without_line - scores
     return HeldOut(share, line_share, errors, scores, tuple(sketches))
 
@@ -130,11 +122,11 @@ def some_labels(num: int, seed: int) -> Ints:
 
 def _share(rows: Floats, scores: Floats, predicted: Floats, cells: PartitionPreference) -> float:
     # Cells that like no scored design would only make the values of the process smaller.
-    if cells.predict(rows).mean.max() < _MIN_LIKED:
+    if cells.predict(rows).mean.max() < SCORE_STEP:
         return 1.0
     if _explains_all(cells):
         return 0.0
-    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_CELLS, START_BLUNDERS)
+    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_ONE, START_BLUNDERS)
     return share_by(predicted, scores, _designs(rows), *prior)
 
 
@@ -152,7 +144,7 @@ def share_by(
     predicted: Floats,
     scores: Floats,
     row: Ints,
-    odds_of_cells: float = _ODDS_OF_CELLS,
+    odds_of_cells: float = _ODDS_OF_ONE,
     blunders: float = START_BLUNDERS,
 ) -> float:
     """The share of the process beside cells, or of lines beside both, by held-out scores.
@@ -175,7 +167,7 @@ def share_by(
     return mean_share(likelihoods, odds_of_cells)
 
 
-def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_CELLS) -> float:
+def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_ONE) -> float:
     """The mean of `PROCESS_SHARES` under their posterior; 0 if it is small.
 
     Args:
@@ -185,4 +177,4 @@ def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_CELLS) -
     odds = np.exp(_LIKELIHOOD_POWER * (log_likelihoods - log_likelihoods.max()))
     odds[0] *= odds_of_cells
     share = float(odds @ np.array(PROCESS_SHARES) / odds.sum())
-    return share if share >= _MIN_SHARE else 0.0
+    return share if share >= MIN_SHARE else 0.0

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference
+from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.observations import observe
@@ -27,8 +27,6 @@ FEW_LIKED = 4
 """Number of liked models from which questions follow from explanations only."""
 _FAR_DEVIATIONS = 2.5
 """Number of standard deviations of the noise that scores of disliked models rarely exceed: one in 160 does."""
-_MIN_SCORE_SHARE = 0.25
-"""Share of a score below which the value by cells means that they take it for a blunder."""
 _SIMILAR_DISTANCE = 2.6
 """Weighted squared distance between two typical models if all columns have equal weight."""
 _SIMILAR_NOISE = 1e-3
@@ -87,7 +85,7 @@ def surely_liked(preference: BlendedPreference, rows: Floats, scores: Floats) ->
         rows: [n, F] rows of scored models.
         scores: [n] scores of these models, 0-100.
     """
-    return liked(scores, preference.noise) & (preference.partition.predict(rows).mean >= _MIN_SCORE_SHARE * scores)
+    return liked(scores, preference.noise) & (preference.partition.predict(rows).mean >= LIKED_SHARE * scores)
 
 
 def most_unexplained(

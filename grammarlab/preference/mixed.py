@@ -25,7 +25,7 @@ from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.held_out_share import NUM_FOLDS, PROCESS_SHARES, Sketch, mean_share
 from grammarlab.preference.labels import Kind
 from grammarlab.preference.observations import checked_groups, checked_kinds
-from grammarlab.preference.person import MODEL_NOISE, START_NOISES, USUAL_BLUNDERS, Intervals, Person, matched
+from grammarlab.preference.person import MODEL_NOISE, START_BLUNDERS, START_NOISES, Intervals, Person, matched
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.processes.grouped_search import AMPLITUDE
@@ -223,7 +223,7 @@ def _alone(bounds: Intervals, compared: Flags) -> Intervals:
 
 def _error(cells: PartitionPreference) -> Person:
     """The person for the likelihood of held-out labels."""
-    return Person(max(cells.noise, MODEL_NOISE), max(cells.blunders, USUAL_BLUNDERS))
+    return Person(max(cells.noise, MODEL_NOISE), max(cells.blunders, START_BLUNDERS))
 
 
 def _log_likelihood(intervals: Intervals, values: Floats, cells: PartitionPreference) -> float:

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels import Kind
 
@@ -50,9 +50,7 @@ START_NOISES = (15.0, 5.0, 0.5)
 """Noises that searches start with, in points, largest first: trees found under much noise stay small, trees found under
 little noise explain the noise."""
 START_BLUNDERS = BLUNDERS[1]
-"""Probability of blunders that searches start with."""
-USUAL_BLUNDERS = 0.05
-"""Probability of blunders where none is estimated."""
+"""Probability of blunders that searches start with, and where none is estimated."""
 NOISE_PRIOR = (1.0, 1.0)
 """For a model that needs a density of sigma: the median in points, and the standard deviation of log sigma."""
 
@@ -67,8 +65,6 @@ STAR_HALF_STEP = 12.5
 """h of stars, in points."""
 TIE_DIFFERENCE = 5.0
 """Difference in points below which a person who uses ties calls two models equal."""
-_MIN_LIKELIHOOD = 1e-12
-"""Smallest likelihood of a score, for any noise."""
 
 Singles = NDArray[np.float32]
 
@@ -189,7 +185,7 @@ def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blu
     low, high, length = intervals.low[:, None], intervals.high[:, None], intervals.length[:, None]
     deviation = intervals.deviation(noise)[:, None]
     probability = ndtr((high - values) / deviation) - ndtr((low - values) / deviation)
-    return np.log((1.0 - blunders) * probability + blunders * length / MAX_SCORE + _MIN_LIKELIHOOD).astype(np.float32)
+    return np.log((1.0 - blunders) * probability + blunders * length / MAX_SCORE + ROUNDING).astype(np.float32)
 
 
 def matched(
@@ -206,7 +202,7 @@ def matched(
     """
     deviation = np.sqrt(variances + intervals.deviation(noise) ** 2)
     low, high = (intervals.low - means) / deviation, (intervals.high - means) / deviation
-    evidence = (1.0 - blunders) * (ndtr(high) - ndtr(low)) + blunders * intervals.length / MAX_SCORE + _MIN_LIKELIHOOD
+    evidence = (1.0 - blunders) * (ndtr(high) - ndtr(low)) + blunders * intervals.length / MAX_SCORE + ROUNDING
     # First and second derivative of the evidence by the mean, divided by it.
     slope = (1.0 - blunders) * (_density(low) - _density(high)) / deviation / evidence
     curvature = (1.0 - blunders) * (_moment(low) - _moment(high)) / deviation**2 / evidence

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference
+from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, NEGLIGIBLE_SHARE, AbstractPreference
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
 from grammarlab.preference.cells.box_search import are_many
 from grammarlab.preference.liked import (
     FEW_LIKED,
+    MIN_SCORED,
     liked,
     liked_are_rare,
     most_similar,
@@ -42,7 +43,7 @@ from grammarlab.preference.processes.posterior import squared_distances
 
 Way = Literal["default", "uniform", "grammar", "density", "uncertainty", "already ranked"]
 
-LIKED_SHARE = 0.5
+_LIKING_SHARE = 0.5
 """Share of a default batch that checks models that seem liked."""
 NOISE = 1e-2
 """Variance of a score in `default`, as a share of the squared highest score."""
@@ -51,10 +52,6 @@ MIN_PROCESS_SHARES = 0.25, 0.5
 overconfident."""
 MIN_HIGHEST = 20.0
 """Smallest assumed highest value, in points."""
-LIKED_PART = 0.25
-"""Share of the highest value from which a model seems liked to cells."""
-SCARCE_SHARE = 1 / 64
-"""Share of models of the grammar that seem liked, below which half of the questions are about models that do."""
 SMALL_PART = 0.1
 """Share of the highest value below which an expected value is too small as a divisor."""
 NOVELTY_VARIANCE = 0.1
@@ -63,17 +60,12 @@ _MAX_CANDIDATES = (800, 200)
 """Largest number of candidates of `default`, from the grammar and from elsewhere."""
 
 _QUESTIONS_PER_RANDOM = 8
-"""Number of questions by cells of which one, rounded to the nearest number, is about a model at random."""
-_QUESTIONS_PER_EXCESS = 8
-"""Number of questions of which one, rounded to the nearest number, is about a model similar to an unexplained one."""
+"""Number of questions of which one, rounded to the nearest number, is about a model at random, of those by cells, or
+about one similar to an unexplained one, of all."""
 _QUESTIONS_PER_OTHER = 4
 """Number of questions of which one is not about what boxes dispute, once some models are liked."""
 _NUM_COMPARED = 256
-"""Number of models whose values are compared to see whether columns are continuous."""
-_MIN_DISPUTE = 0.01
-"""Smallest variance between explanations that is worth a question, relative to the smallest variance of scores."""
-_BLOCK_SIZE = 256
-"""Number of known models per block of distances."""
+"""Number of models that are compared at once, with a pool or with each other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +202,7 @@ def _disputed(preference: BlendedPreference, situation: Situation, num: int) -> 
     for _ in range(num):
         doubt = np.where(is_open, (away**2).sum(axis=0) * stakes, 0.0)
         best = int(np.argmax(doubt))
-        if doubt[best] < MODEL_NOISE**2 * _MIN_DISPUTE:
+        if doubt[best] < MODEL_NOISE**2 * NEGLIGIBLE_SHARE:
             break
         chosen.append(best)
         is_open[best] = False
@@ -234,7 +226,7 @@ def _explaining(preference: BlendedPreference, situation: Situation, num: int, r
             situation = replace(situation, scores=np.where(situation.liked, 0.0, scores))
     elif len(scores) >= MIN_LABELS:
         similar = most_unexplained(
-            preference, pool, scored, scores, _one_in(_QUESTIONS_PER_EXCESS, num), _is_unscored(situation), randomness
+            preference, pool, scored, scores, _one_in(_QUESTIONS_PER_RANDOM, num), _is_unscored(situation), randomness
         )
     return np.append(similar, _informative(preference, situation, num - len(similar), similar, rare, randomness))
 
@@ -287,7 +279,7 @@ def _are_scarce(preference: BlendedPreference, situation: Situation) -> bool:
     highest = float(mean.max(initial=0.0))
     if not situation.liked.any() or highest < MIN_HIGHEST:
         return False
-    return float(np.mean(mean[situation.from_grammar] > LIKED_PART * highest)) < SCARCE_SHARE
+    return float(np.mean(mean[situation.from_grammar] > LIKED_SHARE * highest)) < 1.0 / MIN_SCORED
 
 
 def _among_liked(preference: BlendedPreference, situation: Situation, candidates: Ints, num: int) -> Ints:
@@ -297,9 +289,9 @@ def _among_liked(preference: BlendedPreference, situation: Situation, candidates
     rows, scored_rows = situation.pool[candidates], situation.pool[situation.scored]
     mean = preference.predict(rows).mean
     highest = float(mean.max(initial=0.0))
-    seem = mean > LIKED_PART * highest
+    seem = mean > LIKED_SHARE * highest
     noise = max(preference.partition.noise, MODEL_NOISE) ** 2
-    good = scored_rows[preference.partition.predict(scored_rows).mean > LIKED_PART * highest]
+    good = scored_rows[preference.partition.predict(scored_rows).mean > LIKED_SHARE * highest]
     weights = cautious_weights(preference.process, rows)
     weights = weights + doubtful_weights(preference.process, good if len(good) else scored_rows)
     covariance = preference.partition.joint(rows)[1] + unexplained(
@@ -320,7 +312,7 @@ def _of_process(
     mean, covariance = joint(preference, rows, doubtful_weights(preference, good if len(good) else scored_rows))
     elsewhere = (~situation.from_grammar[candidates]).astype(np.float64)
     stakes = np.maximum(mean, 0.0) * typical if len(good) else elsewhere
-    share = 1.0 if rare and not len(good) else LIKED_SHARE
+    share = 1.0 if rare and not len(good) else _LIKING_SHARE
     first = most_doubtful(conditional_covariance(covariance, chosen, noise), round(share * num), noise, stakes, is_open)
     is_open[first] = False
     _, covariance = joint(preference, rows, cautious_weights(preference, rows))
@@ -340,7 +332,7 @@ def _of_cells(preference: BlendedPreference, situation: Situation, candidates: I
     rows, scored_rows = situation.pool[candidates], situation.pool[situation.scored]
     scored_means = cells.predict(scored_rows).mean
     highest = max(float(scored_means.max(initial=0.0)), MIN_HIGHEST)
-    good = scored_rows[scored_means > LIKED_PART * highest]
+    good = scored_rows[scored_means > LIKED_SHARE * highest]
     noise = max(cells.noise, MODEL_NOISE) ** 2
     mean, covariance = cells.joint(rows)
     stakes = situation.stands_for(candidates) / (np.maximum(mean, 0.0) + SMALL_PART * highest)
@@ -442,8 +434,8 @@ def _uniform(situation: Situation, num: int, randomness: np.random.Generator) ->
     scaled = rows[:, weights > 0.0] * np.sqrt(weights[weights > 0.0])
     chosen = np.empty(num, dtype=np.int64)
     nearest = np.full(len(rows), np.inf)
-    for start in range(0, len(situation.scored), _BLOCK_SIZE):
-        block = situation.scored[start : start + _BLOCK_SIZE]
+    for start in range(0, len(situation.scored), _NUM_COMPARED):
+        block = situation.scored[start : start + _NUM_COMPARED]
         nearest = np.minimum(nearest, squared_distances(scaled, scaled[block]).min(axis=1))
     # Equal distances are common among counts; the seed decides between them.
     order = randomness.permutation(len(rows))

@@ -16,13 +16,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 
-_MAX_CODES = 128
+MAX_CODES = 128
 """Largest number of different values of a column; more are divided into this number of ranges of equal size."""
-_TOLERANCE = 1e-9
-"""Relative difference of gains that count as equal: then the first column is used. As a share of the mean value, the
-smallest gain of a split."""
 _MAX_CODES_AT_ONCE = 1 << 22
 """Number of codes that are summed at once."""
 
@@ -75,7 +72,7 @@ class _Growth:
         self.rows, self.roots, self.weights, self.columns = rows, roots, weights, columns
         self.codes, self.edges = _coded(rows, columns)
         self.width = max([1, *(len(edges) + 1 for edges in self.edges)])
-        self.least = _TOLERANCE * float(weights @ roots**2)
+        self.least = ROUNDING * float(weights @ roots**2)
 
     def run(self, max_leaves: int) -> tuple[Split, ...]:
         leaf_rows = [np.arange(len(self.roots))]
@@ -99,7 +96,7 @@ class _Growth:
         if len(rows) < 2 or not len(self.columns) or np.ptp(self.roots[rows]) == 0.0:
             return
         gains = np.concatenate([self._gains(rows, first, last) for first, last in pairwise(self._parts(len(rows)))])
-        best = int(np.argmax(gains.max(axis=1) >= gains.max() * (1.0 - _TOLERANCE)))
+        best = int(np.argmax(gains.max(axis=1) >= gains.max() * (1.0 - ROUNDING)))
         code = int(gains[best].argmax())
         if gains[best, code] > self.least:
             heappush(waiting, (-float(gains[best, code]), leaf, best, code))
@@ -160,8 +157,8 @@ def _coded(rows: Floats, columns: Ints) -> tuple[NDArray[np.int64], list[Floats]
     edges: list[Floats] = []
     for index, column in enumerate(columns.tolist()):
         values = np.unique(rows[:, column])
-        if len(values) > _MAX_CODES:
-            values = np.unique(np.quantile(rows[:, column], np.arange(_MAX_CODES) / _MAX_CODES, method="lower"))
+        if len(values) > MAX_CODES:
+            values = np.unique(np.quantile(rows[:, column], np.arange(MAX_CODES) / MAX_CODES, method="lower"))
         edges.append(values[1:])
         codes[:, index] = np.searchsorted(values[1:], rows[:, column], side="right")
     return codes, edges

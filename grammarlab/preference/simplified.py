@@ -15,17 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.regression_tree import Split, leaves_of
+from grammarlab.arrays import ROUNDING, Floats, Ints
+from grammarlab.preference.regression_tree import MAX_CODES, Split, leaves_of
 
 _MAX_COLUMNS = 20
 """Largest number of columns added one by one."""
 _MIN_GAIN = 2e-4
 """Smallest gain of an added column."""
-_MAX_VALUES = 256
-"""Largest number of different values; more are first merged into this number of steps of their roots."""
-_ROUNDING = 1e-9
-"""Tolerance of losses, for rounding errors."""
 _MAX_GROUP_RATIO = 4
 """Largest ratio of group numbers to models for which sums over sparse numbers are faster than renumbering."""
 
@@ -126,8 +122,8 @@ def drawn_to_levels(values: Floats, masses: Floats, num_levels: int) -> Floats:
     different, inverse = np.unique(values, return_inverse=True)
     if len(different) <= num_levels:
         return values
-    if len(different) > _MAX_VALUES:
-        steps = np.floor(np.sqrt(different / different[-1]) * (_MAX_VALUES - 1)).astype(np.int64)
+    if len(different) > MAX_CODES:
+        steps = np.floor(np.sqrt(different / different[-1]) * (MAX_CODES - 1)).astype(np.int64)
         inverse = np.unique(steps, return_inverse=True)[1][inverse]
     # If all masses are 0, all values have equal weight.
     masses = masses + 1e-12 * max(float(masses.sum()), 1e-300)
@@ -152,7 +148,7 @@ def needed_columns(rows: Floats, values: Floats, weights: Floats, candidates: In
         [K] columns, the most informative first.
     """
     search = _Search(rows, values, weights, candidates)
-    bound = search.loss(candidates.tolist()) + tolerance + _ROUNDING
+    bound = search.loss(candidates.tolist()) + tolerance + ROUNDING
     chosen = search.upwards(bound)
     if search.loss(chosen) > bound:
         chosen = candidates.tolist()

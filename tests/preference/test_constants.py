@@ -10,7 +10,7 @@ import grammarlab
 
 PACKAGE = Path(grammarlab.__file__).parent
 ROOMS = ("preference", "tastes", "learning", "features", "density")
-MOST = 427
+MOST = 359
 """Largest number of constants. 120 is the target: a prior, a tolerance or a budget that nothing else implies."""
 
 
@@ -52,5 +52,7 @@ def test_constants_are_counted():
 def test_constants_between_a_score_and_a_grammar_are_few_and_described():
     files = [file for room in ROOMS for file in sorted((PACKAGE / room).rglob("*.py"))]
     found = [(f"{file.relative_to(PACKAGE)}: {name}", told) for file in files for name, told in constants(file)]
+    # What rooms below these define for them counts as well.
+    found += [(f"arrays.py: {name}", told) for name, told in constants(PACKAGE / "arrays.py") if name[0] != "_"]
     assert [name for name, told in found if not told] == []
     assert len(found) <= MOST, "\n".join(name for name, _ in found)

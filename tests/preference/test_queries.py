@@ -7,6 +7,7 @@ import pytest
 from grammarlab.baselines import gaussian_process
 from grammarlab.errors import UsageError
 from grammarlab.preference import blended, queries
+from grammarlab.preference.base import LIKED_SHARE
 from grammarlab.preference.liked import FEW_LIKED, MIN_SCORED, RARE_SHARE, liked_are_rare
 from grammarlab.preference.queries import WAYS, Situation, propose
 from tests.cases import some, takes_turns
@@ -115,7 +116,7 @@ def test_already_ranked_begins_with_the_score_that_looks_like_a_mistake():
 def test_the_default_looks_elsewhere_for_rare_models_while_nothing_is_liked():
     known = situation(scores=0.0)
     chosen = propose("default", known, 16, seed=0)
-    assert (~known.from_grammar[chosen]).sum() >= round(queries.LIKED_SHARE * 16) // 2
+    assert (~known.from_grammar[chosen]).sum() >= round(queries._LIKING_SHARE * 16) // 2
     assert known.from_grammar[chosen].any()
 
 
@@ -129,7 +130,7 @@ def test_the_default_goes_on_with_rare_models_where_they_hold_all_that_is_liked(
     weights = 0.9 ** (5 - pool.sum(axis=1)) * 0.1 ** pool.sum(axis=1)
     known = Situation(pool, ~rare, asked, scores[asked], preference, weights)
     chosen = propose("default", known, 8, seed=0)
-    assert rare[chosen].sum() >= round(queries.LIKED_SHARE * 8)
+    assert rare[chosen].sum() >= round(queries._LIKING_SHARE * 8)
     assert not rare[propose("default", replace(known, weights=None), 8, seed=0)].all()
 
 
@@ -204,7 +205,7 @@ def test_where_liked_models_are_rare_the_likeliest_ones_from_elsewhere_are_candi
     mean = known.preference.predict(known.pool).mean
     chosen = propose("default", known, 16, seed=0)
     # The first ones are about models with scores above what is expected, whatever is predicted for them.
-    first, others = np.split(chosen, [queries._one_in(queries._QUESTIONS_PER_EXCESS, 16)])
+    first, others = np.split(chosen, [queries._one_in(queries._QUESTIONS_PER_RANDOM, 16)])
     left = np.setdiff1d(np.flatnonzero(~known.from_grammar), np.append(known.scored, first))
     worst = np.sort(mean[left])[-200]
     assert (mean[others[~known.from_grammar[others]]] >= worst - 1e-9).all()
@@ -240,4 +241,4 @@ def test_where_the_grammar_makes_hardly_any_liked_model_half_of_the_questions_ar
     known = Situation(pool, from_grammar, asked, scores, preference, np.where(from_grammar, 1.0, 1e-3))
     meant = preference.predict(pool).mean
     chosen = propose("default", known, 16, seed=0)
-    assert (meant[chosen] > queries.LIKED_PART * meant.max()).sum() >= 6
+    assert (meant[chosen] > LIKED_SHARE * meant.max()).sum() >= 6

@@ -6,15 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import ROUNDING, Floats
 from grammarlab.density.exact.splitting import PLAIN, Base, Splitting, Variant, Way
 from grammarlab.density.grammar_skeleton import Alternative, Body, Chance, leaves
 from grammarlab.errors import InexactError
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import SymbolKey
-
-WEIGHT_TOLERANCE = 1e-9
-"""Largest relative difference of weights of cases that count as equal."""
 
 _MAX_STEPS = 200
 """Largest number of Newton steps."""
@@ -64,7 +61,7 @@ class InsideWeights:
             for weight, branch in zip(weights, body.branches, strict=True)
             if self._is_reached(variant.key, branch)
         ]
-        if max(reached) - min(reached) > WEIGHT_TOLERANCE * max(reached):
+        if max(reached) - min(reached) > ROUNDING * max(reached):
             raise self._dependent(variant, body)
         return reached[0]
 
@@ -101,7 +98,7 @@ class InsideWeights:
                 break
             self.variant[list(group)] = after
             if (after - before <= 1e-15 * after).all():
-                if (values - before > WEIGHT_TOLERANCE * values).any():
+                if (values - before > ROUNDING * values).any():
                     # Newton's method does not converge: there is no solution.
                     break
                 for variant in variants:

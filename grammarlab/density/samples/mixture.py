@@ -25,7 +25,7 @@ _TOLERANCE = 1e-6
 """Smallest gain of the mean log-likelihood of a step, in nats, before EM ends."""
 _NEIGHBOUR_SHARE = 1e-3
 """Neighbours differ by less than this share of the largest difference (section 4.6)."""
-_LOG_OF_ZERO = -1e30
+_LOG_OF_ZERO = float(np.finfo(np.float32).min)
 """Replacement for the logarithm of 0, since its product with a count of 0 would be NaN."""
 HELD_OUT_STRIDE = 5
 """One model in 5 is held out to choose the number of components."""

@@ -17,6 +17,7 @@ import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import UsageError
+from grammarlab.preference.base import MIN_SHARE
 from grammarlab.trees.accepted_trees import log_density
 from grammarlab.trees.parameters import COLUMNS, IS_INTEGER, IS_LOG, PARAMETERS, SPREAD
 from grammarlab.trees.species import Kind, Species
@@ -27,8 +28,6 @@ _CHANCE = 0.01
 """Probability with which examples of the original, from which nothing is to be learned, move an end of a range."""
 _MAX_KINDS = 64
 """Largest number of kinds, a budget: more are not read by a person."""
-_MIN_SHARE = 1e-3
-"""Smallest share of a range: equal examples do not make a parameter constant."""
 _STEPS = 200
 """Ends of ranges are rounded outwards to steps of at least one 200th of the original range."""
 _NUM_NAMES = 3
@@ -130,11 +129,11 @@ class _Shares:
         num, price = num[:, None], self.price
         # The mean distance of an evenly drawn number from the end of its range, beyond the extreme examples.
         gap = np.where(self.is_count, 0.0, (high - low) / np.maximum(num - 1.0, 1e-9))
-        gap = np.maximum(gap, 0.5 * np.maximum(_MIN_SHARE - (high - low), 0.0))
-        start, end = np.clip(low - gap, 0.0, 1.0 - _MIN_SHARE), np.clip(high + gap, _MIN_SHARE, 1.0)
+        gap = np.maximum(gap, 0.5 * np.maximum(MIN_SHARE - (high - low), 0.0))
+        start, end = np.clip(low - gap, 0.0, 1.0 - MIN_SHARE), np.clip(high + gap, MIN_SHARE, 1.0)
         start = np.where(-num * np.log1p(-start) > price, start, 0.0)
         end = np.where(-num * np.log(end) > price, end, 1.0)
-        gains = -num * np.log(np.maximum(end - start, _MIN_SHARE)) - price * ((start > 0.0).astype(float) + (end < 1.0))
+        gains = -num * np.log(np.maximum(end - start, MIN_SHARE)) - price * ((start > 0.0).astype(float) + (end < 1.0))
         return start, end, gains.sum(axis=1)
 
 

@@ -38,7 +38,7 @@ _PILOT_MODELS = 2_000
 """Number of accepted models for estimating the mean of the preference, and its bound if unknown."""
 _PILOT_PROPOSALS = 200_000
 """Largest number of models of a pilot run: 400 accepted ones for a preference that likes one model in 500."""
-_LANE = 0x5245_4A45_4354
+_LANE = int.from_bytes(b"REJECT")
 """Separates the draws that accept models from those that made them."""
 _FIRST_CHUNK = 256
 """Number of models proposed at first, which shows how many are accepted."""

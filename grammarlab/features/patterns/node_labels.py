@@ -12,11 +12,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints, connected, distinct
+from grammarlab.arrays import ROUNDING, Ints, connected, distinct
 from grammarlab.derivation.forest import Forest, RuleName
-
-_MAX_VARIANCE = 1e-9
-"""Largest variance of the logarithms of equal probabilities."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +56,7 @@ class NodeLabels:
                 weights = logarithms[drawn_rows] ** power
                 moments[power] += np.bincount(number[drawn_rows], weights=weights, minlength=len(rules) + 1)
         _, mean, square = moments[:, :-1] / np.maximum(moments[0, :-1], 1.0)
-        chances = np.where(square - mean**2 <= _MAX_VARIANCE, np.exp(mean), np.nan)
+        chances = np.where(square - mean**2 <= ROUNDING, np.exp(mean), np.nan)
         ordered = tuple(dict(sorted(children.items())) for children in successors)
         return cls(bare.rules, symbols, drawn, ordered, tuple(chances.tolist()))
 

@@ -11,7 +11,7 @@ from typing import Generic
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.columns.formula_names import formula_words
 from grammarlab.features.patterns.pattern import Feature, Formula
@@ -19,9 +19,6 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs
 from grammarlab.learning.designs.pool import PoolDesigns
 from grammarlab.learning.settings import FeatureOptions
-
-_INTEGER_TOLERANCE = 1e-6
-"""Tolerance of integers after division and multiplication by their scale."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +71,7 @@ class DesignTable:
     def continuous(self) -> NDArray[np.bool_]:
         """[F] whether columns are continuous instead of counts."""
         values = self.rows * self.scales
-        return np.any(np.abs(values - np.round(values)) > _INTEGER_TOLERANCE, axis=0)
+        return np.any(np.abs(values - np.round(values)) > ROUNDING, axis=0)
 
 
 class DesignTables(Generic[Designs]):

@@ -34,7 +34,7 @@ from grammarlab.trees.species import Species, constrained, drawn
 _DETAIL = "detail"
 """Attribute that changes the meshes of a tree only."""
 _BATCH_TREES = 500
-"""Number of trees per batch."""
+"""Number of trees per batch, and for estimating acceptance rates."""
 _POOL_NODES = 5e8
 """Expected number of nodes of all trees of a usual pool, a budget of about a minute."""
 _MIN_POOL = 1_000
@@ -43,8 +43,6 @@ _SIZE_TREES = 64
 """Number of trees from which the size of a usual pool follows."""
 _CACHED_BATCHES = 64
 """Number of batches that are kept, at .5 MB each."""
-_RATE_TREES = 500
-"""Number of trees for estimating acceptance rates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +127,7 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
         """Log of the ratio of the acceptance rates of the proposal and of the species."""
         if not self.species.acceptance:
             return 0.0
-        keys = root_keys(0, np.arange(_RATE_TREES))
+        keys = root_keys(0, np.arange(_BATCH_TREES))
         proposal_tries, own_tries = (accepted_rows(species, keys).tries for species in (self.proposal, self.species))
         return float(np.log(own_tries.sum()) - np.log(proposal_tries.sum()))
 

@@ -29,7 +29,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.grammar_space import RATE_MODELS
 from grammarlab.learning.targets.distance_words import divergence_share
 from grammarlab.learning.targets.divergence import agreement
-from grammarlab.learning.targets.simplification import TOLERANCE, simpler
+from grammarlab.learning.targets.simplification import MIN_LEAF, TOLERANCE, simpler
 from grammarlab.learning.targets.target_density import (
     MAX_TEXT,
     PoolDensity,
@@ -39,29 +39,24 @@ from grammarlab.learning.targets.target_density import (
     rules_if_few,
 )
 from grammarlab.learning.targets.writers import Making
+from grammarlab.preference.base import MIN_SHARE
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
 from grammarlab.preference.simplified import SimplifiedPreference
 
 _MARGIN_CHARACTERS = 2_000
 """Number of characters by which a text may grow when scores are scaled."""
 _LEAVES = (2, 3, 4, 6, 8, 12, 16, 24, 32)
-"""Largest number of leaves of trees for the grammar."""
+"""Largest numbers of leaves of trees for the grammar; the last one is that of a rule of its own, too."""
 _EMPHASES = (0.0, 10.0)
 """Factor of the weight of liked models: a larger one makes trees separate regions without liked models."""
-_TRUNCATED_SHARE = 1e-3
-"""Share of the target density that may be too rare in the samples, so that fewer others are rejected."""
 _MIN_RATE_FACTOR = 0.97
 """Smallest factor of the acceptance rate by which a split pays for its rules."""
-_MIN_LEAF_MODELS = 60
-"""Smallest number of models of the pool in each leaf."""
 _MIN_EFFECTIVE_LIKED = 200.0
 """Smallest effective number of liked models of the pool from which none in a leaf means that there are none."""
 _SIZE_FACTOR = 0.75
 """Factor of the splits of the next candidate after a tree whose grammar is too large."""
 _MIN_RATE_GAIN = 1.25
 """Smallest factor of the acceptance rate that a larger grammar needs."""
-_MAX_RULE_LEAVES = 32
-"""Largest number of leaves of a rule of its own."""
 _SIZE_TOLERANCE = 0.05
 """Relative difference of sizes that count as equal; then the nearest grammar is used."""
 
@@ -215,9 +210,7 @@ def _parts(density: PoolDensity, predicted: SimplifiedPreference) -> Iterator[_P
     exact = columns.order[columns.exact[columns.order]]
     share = values / (density.weights @ values / density.weights.sum())
     for emphasis in _EMPHASES:
-        tree = grow(
-            columns.rows, values, density.weights * (1.0 + emphasis * share), exact, max(_LEAVES), _MIN_LEAF_MODELS
-        )
+        tree = grow(columns.rows, values, density.weights * (1.0 + emphasis * share), exact, max(_LEAVES), MIN_LEAF)
         for size in _LEAVES[: sum(size <= len(tree) + 1 for size in _LEAVES)]:
             leaf = leaves_of(tree[: size - 1], columns.rows)
             possible = np.logical_and(few_liked, _overlaps(tree[: size - 1], predicted))
@@ -264,7 +257,7 @@ def _cut(quotients: Floats, masses: Floats, target: Floats) -> float:
     order = np.argsort(-quotients, kind="stable")
     high = quotients[order]
     above = np.cumsum(target[order]) - np.cumsum(masses[order]) * high
-    index = int(np.searchsorted(np.maximum.accumulate(above), _TRUNCATED_SHARE * target.sum(), side="right"))
+    index = int(np.searchsorted(np.maximum.accumulate(above), MIN_SHARE * target.sum(), side="right"))
     return float(high[max(index - 1, 0)])
 
 
@@ -330,7 +323,7 @@ def _rest(density: PoolDensity, part: SimplifiedPreference) -> Iterator[_Rule]:
     columns, values = density.columns, part(density.columns.rows)
     open_values, weights = _quotient(density.scores, values), density.weights * values
     for column_set in density.column_sets(exact_only=False) if weights @ open_values > 0.0 else ():
-        rest = next(simpler(columns.rows, open_values, weights, column_set, _MAX_RULE_LEAVES)).preference
+        rest = next(simpler(columns.rows, open_values, weights, column_set, max(_LEAVES))).preference
         rest = rest.scaled(1.0 / max(rest.levels))
         both = part.times(rest)
         js = agreement(density.scores, both(columns.rows), density.weights).js

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.features.columns.formula_names import formula_words
 from grammarlab.features.patterns.pattern import Apply, Feature, Formula
 from grammarlab.language.display_names import DisplayNames
@@ -21,42 +21,32 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.contrasts import choice_of
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.targets.divergence import agreement
-from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, NEGLIGIBLE_SHARE, SCORE_STEP
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
 
 MAX_KINDS = 3
-"""Largest number of kinds on each side."""
+"""Largest number of kinds on each side, of conditions of a kind that is not liked, and of choices that are shown as two
+designs."""
 MAX_PARTS = 6
 """Largest number of parts on each side."""
-MAX_CONTRASTS = 3
-"""Largest number of choices that are shown as two designs."""
 _MAX_EXAMPLES = 16
 """Designs with a choice to choose from, since the seed of one may give the same design without it."""
 _MAX_LEAVES = 8
 """Largest number of leaves of the tree that is described."""
 _MAX_UNEXPLAINED = 0.1
-"""Share of the divergence between the grammar and the learned density that a tree may leave unexplained."""
-_LIKED_SHARE, _DISLIKED_SHARE = 0.25, 0.1
-"""Shares of the highest score of a kind: kinds from the first on are liked, kinds below the second are not."""
-_MIN_SUM_SHARE = 0.95
-"""Smallest share of the variance of scores that a sum of parts explains, for a description as a sum."""
+"""Share that words may leave out: of the divergence between the grammar and the learned density by a tree, and of the
+highest score by kinds that are not liked."""
+_MAX_BESIDE_SUM = 0.05
+"""Largest share of the variance of scores that a sum of parts does not explain, for a description as a sum."""
 _MIN_POINTS = 3.0
 """Smallest number of points of a described part."""
-_MAX_CONDITIONS = 3
-"""Largest number of conditions of a described kind that is not liked."""
 _MAX_RARITY = 400
 """Smallest share of designs of a kind: one in 400."""
-_INTEGER_TOLERANCE = 1e-9
-"""Relative tolerance of whole numbers after logarithm and exponential."""
-_NEGLIGIBLE_SHARE = 0.01
-"""Share of the range of a difference below which its bound is 0 in words; bounds of few scores are not more exact."""
 _STATEMENT_STARTS, _STATEMENT_ENDS = (
     ("all ", "same choice"),
     (" alike", " alternate", " mirrored", " never fall", " by turns"),
 )
 """Beginnings and ends of names of columns that are statements, not things."""
-_MIN_LIKED_POINTS = 1.0
-"""Smallest highest score of a kind in points; below it nothing is liked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +149,7 @@ def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     mean = weights @ scores / weights.sum()
     residual_share = weights @ (scores - has @ added) ** 2 / max(float(weights @ (scores - mean) ** 2), 1e-12)
     # A conjunction is not a sum: its parts add up to a negative score if all of them are missing.
-    if residual_share > 1.0 - _MIN_SUM_SHARE or np.abs(added).max() > MAX_SCORE:
+    if residual_share > _MAX_BESIDE_SUM or np.abs(added).max() > MAX_SCORE:
         return None
     ranked = sorted(zip(tests, added[1:].tolist(), strict=True), key=lambda item: -abs(item[1]))
     sides: tuple[list[str], list[str]] = ([], [])
@@ -174,7 +164,7 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     leaf = leaves_of(tree, rows)
     means = means_of(leaf, len(tree) + 1, scores, weights)
     mass = np.bincount(leaf, weights, len(tree) + 1).astype(np.float64)
-    if means.max() < _MIN_LIKED_POINTS:
+    if means.max() < SCORE_STEP:
         return Words((), ())
     ranges = _ranges(tree)
 
@@ -187,8 +177,8 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     def text(indices: Sequence[int]) -> tuple[str, ...]:
         return tuple(f"{names.kind(ranges[index])} ({means[index]:.0f})" for index in indices)
 
-    likes = select(means >= _LIKED_SHARE * means.max(), mass * means, _MAX_LEAVES)
-    dislikes = select(means < _DISLIKED_SHARE * means.max(), mass, _MAX_CONDITIONS)
+    likes = select(means >= LIKED_SHARE * means.max(), mass * means, _MAX_LEAVES)
+    dislikes = select(means < _MAX_UNEXPLAINED * means.max(), mass, MAX_KINDS)
     return Words(text(sorted(likes, key=lambda index: -means[index])), text(dislikes))
 
 
@@ -203,8 +193,8 @@ def _contrasts(
     """The choices that a tree tests and that change the mean score; a tree begins with the test that explains most."""
     table = names.table
     columns = [column for column in dict.fromkeys(split.column for split in tree) if choice_of(table.features[column])]
-    for column in columns[:MAX_CONTRASTS]:
-        has = rows[:, column] > _INTEGER_TOLERANCE
+    for column in columns[:MAX_KINDS]:
+        has = rows[:, column] > ROUNDING
         if not (weights[has].any() and weights[~has].any()):
             continue
         without, having = (float(np.average(scores[part], weights=weights[part])) for part in (~has, has))
@@ -232,9 +222,7 @@ class _ColumnWords:
         self.table = table
         self.is_integer = ~table.continuous
         if table.logarithmic is not None:
-            self.is_integer |= table.logarithmic & (np.abs(rows - np.rint(rows)) <= _INTEGER_TOLERANCE * rows).all(
-                axis=0
-            )
+            self.is_integer |= table.logarithmic & (np.abs(rows - np.rint(rows)) <= ROUNDING * rows).all(axis=0)
         self.lowest, self.highest = rows.min(axis=0), rows.max(axis=0)
 
     @property
@@ -277,7 +265,7 @@ class _ColumnWords:
         column, feature = interval.column, self.table.features[interval.column]
         spread = self.highest[column] - self.lowest[column]
         bounds = [bound for bound in (interval.low, interval.high) if np.isfinite(bound)]
-        if not isinstance(feature, Formula) or len(bounds) != 1 or abs(bounds[0]) >= _NEGLIGIBLE_SHARE * spread:
+        if not isinstance(feature, Formula) or len(bounds) != 1 or abs(bounds[0]) >= NEGLIGIBLE_SHARE * spread:
             return ""
         *terms, difference = feature.steps
         if not isinstance(difference, Apply) or difference.operation != "-" or self.is_integer[column]:

@@ -16,10 +16,8 @@ from grammarlab.features.patterns.pattern import Draw, Feature, Threshold
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.simplification import Predicted
+from grammarlab.preference.base import NEGLIGIBLE_SHARE
 from grammarlab.preference.simplified import SimplifiedPreference
-
-_MIN_RELEVANCE = 0.01
-"""Smallest relevance of a column that matters to a preference, as a share of the largest one."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ class GrammarColumns:
     @property
     def relevant(self) -> Ints:
         """The columns of `order` that matter to the preference; others may only stand for them on a pool."""
-        order, least = self.order, _MIN_RELEVANCE * float(self.shares.max(initial=0.0))
+        order, least = self.order, NEGLIGIBLE_SHARE * float(self.shares.max(initial=0.0))
         return order[(self.shares[order] > 0.0) & (self.shares[order] >= least)]
 
     def text(self, preference: SimplifiedPreference) -> str:

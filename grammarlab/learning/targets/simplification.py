@@ -20,37 +20,33 @@ from grammarlab.learning.targets.explanation import Words, words_of
 from grammarlab.learning.targets.unknown_part import knowledge_of
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Relevance
 from grammarlab.preference.blended import BlendedPreference
-from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of, round_between
+from grammarlab.preference.regression_tree import MAX_CODES, Split, grow, leaves_of, means_of, round_between
 from grammarlab.preference.simplified import SimplifiedPreference, drawn_to_levels, needed_columns
 
 TOLERANCE = 0.005
 """Largest divergence in nats from the predictions, on the pool, for fewer rules and rounder numbers."""
 _TREE_TOLERANCE = 0.004
-"""Part of `TOLERANCE` for the tree, in nats; the rest is for rounding."""
-_MIN_JS = 1e-6
-"""Divergence in nats below which a tree stops growing."""
+"""Part of `TOLERANCE` for the tree, in nats."""
+REST = TOLERANCE - _TREE_TOLERANCE
+"""The rest of it, for fewer levels or branches."""
+NEGLIGIBLE_JS = 2e-4
+"""Divergence in nats that rounder numbers are always worth; a tree this near needs no more leaves."""
 _SIZE_RATIOS = (1.0, 1.25, 1.6, 2.0, 3.0)
 """Ratios of the leaves of further candidates to the leaves of the smallest tree that is near enough."""
-_NEGLIGIBLE_JS = 1e-5
-"""Negligible divergence in nats, for values that differ only by rounding."""
-_JS_FACTOR = 1.05
-"""Factor of the least divergence within which smaller trees are accepted, since larger trees overfit."""
-_SLACK = 1.1
-"""Factor of the least divergence within which the smallest tree is taken, if no tree is within the tolerance."""
-_MAX_ROUNDING_JS = 1e-3
-"""Largest loss in nats by fewer levels of such a tree."""
-_MAX_BOUND_JS = 2e-4
-"""Largest loss in nats by rounder bounds."""
-_BOUND_MOVES = (0.02, 0.005, 0.001)
-"""Largest moves of a bound to be rounder, as shares of the range of a quantity, largest first."""
+_JS_FACTOR = 1.1
+"""Factor of the least divergence within which a smaller tree is taken, if none is within the tolerance: larger ones
+overfit."""
+SMALL_SHARES = (0.02, 0.005, 0.001)
+"""Candidates for what may be left out, largest first: moves of a bound to be rounder, as shares of the range of a
+quantity, and probabilities of branches."""
 HELD_OUT_STRIDE = 3
 """One design in 3 is held out to measure a tree that grew on the others."""
+MIN_LEAF = 60
+"""Smallest number of designs of a pool in each leaf of a tree that says that nothing there is liked."""
 _NUM_LEVELS = 12
 """Numbers of levels of scores for selecting columns."""
 _MAX_DENSITY_CHANGE = 5e-4
 """Largest change of the density, as a share, by removed columns."""
-_MAX_VALUES = 128
-"""Largest number of different values of a column for levels; with more it distinguishes all designs of a pool."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +154,7 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
     for path in near:
         last = 0
         for size in dict.fromkeys(min(int(path.smallest * factor), len(path.js)) for factor in _SIZE_RATIOS):
-            if last and path.js[last - 1] < _MIN_JS:
+            if last and path.js[last - 1] < NEGLIGIBLE_JS:
                 break
             yield from path.drawn(size)
             last = size
@@ -175,9 +171,9 @@ def smallest(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_l
         max_leaves: largest number of leaves of a tree.
     """
     path = _Path.grown(rows, scores, weights, columns, max_leaves)
-    limit = max(_TREE_TOLERANCE, _SLACK * min(path.js))
+    limit = max(_TREE_TOLERANCE, _JS_FACTOR * min(path.js))
     exact = path.preference(1 + next(size for size, js in enumerate(path.js) if js <= limit))
-    return path.rounded(exact, max(_TREE_TOLERANCE, path.distance(exact) + _MAX_ROUNDING_JS))
+    return path.rounded(exact, max(_TREE_TOLERANCE, path.distance(exact) + REST))
 
 
 def simplified(rows: Floats, scores: Floats, weights: Floats, tree: Sequence[Split]) -> Simplified:
@@ -191,13 +187,13 @@ def simplified(rows: Floats, scores: Floats, weights: Floats, tree: Sequence[Spl
     """
     path = _Path(rows, scores, weights, tuple(tree), ())
     exact = path.preference(len(tree) + 1)
-    return path.rounded(exact, max(_TREE_TOLERANCE, path.distance(exact) + _MAX_ROUNDING_JS))
+    return path.rounded(exact, max(_TREE_TOLERANCE, path.distance(exact) + REST))
 
 
 def _column_sets(rows: Floats, scores: Floats, weights: Floats, columns: Ints) -> list[Ints]:
     """Sets of columns for growing trees: the few that together distinguish levels of the scores, and all."""
     levels = drawn_to_levels(scores, weights, _NUM_LEVELS)
-    counts = columns[[len(np.unique(rows[:, column])) <= _MAX_VALUES for column in columns.tolist()]]
+    counts = columns[[len(np.unique(rows[:, column])) <= MAX_CODES for column in columns.tolist()]]
     distinguishing = needed_columns(rows, levels, weights, counts, _MAX_DENSITY_CHANGE)
     return [distinguishing, columns] if 0 < len(distinguishing) < len(columns) else [columns]
 
@@ -225,7 +221,7 @@ class _Path:
             leaf = leaves_of(tree[: size - 1], rows)
             means = means_of(leaf[is_training], size, scores[is_training], weights[is_training])[leaf]
             js.append(agreement(scores[held_out], means[held_out], weights[held_out]).js)
-            if js[-1] < _MIN_JS:
+            if js[-1] < NEGLIGIBLE_JS:
                 break
         return cls(rows, scores, weights, tree, tuple(js))
 
@@ -250,7 +246,7 @@ class _Path:
         """The tree with a number of leaves: with as few levels as possible, and nearly unchanged."""
         exact = self.preference(size)
         exact_js = self.distance(exact)
-        for bound in (_TREE_TOLERANCE, exact_js + _NEGLIGIBLE_JS):
+        for bound in (_TREE_TOLERANCE, exact_js + NEGLIGIBLE_JS):
             yield self.simplified(self._round(self._drawn(exact, max(bound, exact_js)), max(_TREE_TOLERANCE, exact_js)))
 
     def rounded(self, exact: SimplifiedPreference, bound: float) -> Simplified:
@@ -259,12 +255,12 @@ class _Path:
 
     def _round(self, preference: SimplifiedPreference, bound: float) -> SimplifiedPreference:
         """The same with rounder bounds that hardly change the density."""
-        most = min(bound, self.distance(preference) + _MAX_BOUND_JS)
+        most = min(bound, self.distance(preference) + NEGLIGIBLE_JS)
         for number, split in enumerate(preference.tree):
             values = self.rows[:, split.column]
-            if len(np.unique(values)) <= _MAX_VALUES:
+            if len(np.unique(values)) <= MAX_CODES:
                 continue
-            for part in _BOUND_MOVES:
+            for part in SMALL_SHARES:
                 about = part * float(np.ptp(values))
                 near = split._replace(bound=round_between(split.bound - about, split.bound + about))
                 moved = replace(preference, tree=(*preference.tree[:number], near, *preference.tree[number + 1 :]))

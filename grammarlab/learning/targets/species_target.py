@@ -29,6 +29,7 @@ from grammarlab.learning.targets.file_head import head
 from grammarlab.learning.targets.kinds_of_trees import Part, divisible, parts_of, with_parts
 from grammarlab.learning.targets.simplification import (
     HELD_OUT_STRIDE,
+    MIN_LEAF,
     TOLERANCE,
     Predicted,
     Simplified,
@@ -36,6 +37,7 @@ from grammarlab.learning.targets.simplification import (
     simplified,
     smallest,
 )
+from grammarlab.learning.targets.target_density import MAX_LEAVES
 from grammarlab.learning.targets.tree_conditions import rule_text
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.preference.blended import BlendedPreference
@@ -50,8 +52,6 @@ from grammarlab.trees.species_file import parse, write
 
 METHODS = ("kinds", "acceptance")
 """Methods: kinds, with an acceptance rule where needed, or the original kinds with an acceptance rule only."""
-_MAX_LEAVES = 64
-"""Largest number of leaves of a tree."""
 _MAX_KINDS = 16
 """Usual largest number of kinds, unless the original has half as many."""
 _MAX_KINDS_JS = 0.01
@@ -61,8 +61,6 @@ _MAX_LOST = 0.02
 """Largest share of the liked designs outside of the kinds, on designs that these were not chosen by."""
 _MIN_RATE_GAIN = 1.15
 """Smallest factor of the acceptance rate by which a further kind pays."""
-_MIN_LEAF_TREES = 30
-"""Smallest number of trees of the pool in a part without liked ones, to say that nothing there is liked."""
 _NUM_DIGITS = 4
 """Number of digits of bounds of cells, which lie anywhere between two scored trees."""
 _MIN_RATE = 1e-3
@@ -243,7 +241,7 @@ def _simple(pool: _Pool, columns: Ints) -> Simplified:
 
     The tree of a conjunction of many bounds follows few liked trees of a pool, and cells follow the scores.
     """
-    tree = smallest(pool.rows, pool.scores, pool.weights, columns, _MAX_LEAVES)
+    tree = smallest(pool.rows, pool.scores, pool.weights, columns, MAX_LEAVES)
     if tree.js <= TOLERANCE or not pool.cells or not {split.column for split in pool.cells} <= set(columns.tolist()):
         return tree
     cells = simplified(pool.rows, pool.scores, pool.weights, pool.cells)
@@ -300,7 +298,7 @@ def _region(pool: _Pool, values: Floats, most: int) -> SimplifiedPreference:
     is_held_out = np.arange(len(liked)) % HELD_OUT_STRIDE == 0
     rows, weights = pool.rows[~is_held_out], pool.weights[~is_held_out]
     share = liked[~is_held_out] / max(float(weights @ liked[~is_held_out] / max(weights.sum(), 1e-300)), 1e-300)
-    tree = grow(rows, liked[~is_held_out], weights * (1.0 + share), pool.exact, _MAX_LEAVES, _MIN_LEAF_TREES)
+    tree = grow(rows, liked[~is_held_out], weights * (1.0 + share), pool.exact, MAX_LEAVES, MIN_LEAF)
     best, worth = everywhere, 1.0
     lost_weights = (pool.weights * values)[is_held_out]
     for size in range(1, len(tree) + 1):

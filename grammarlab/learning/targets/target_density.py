@@ -19,7 +19,7 @@ from grammarlab.features.model_score import Score
 from grammarlab.learning.designs.pool import PoolDesigns
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.grammar_columns import GrammarColumns
-from grammarlab.learning.targets.simplification import TOLERANCE, simpler
+from grammarlab.learning.targets.simplification import NEGLIGIBLE_JS, REST, SMALL_SHARES, TOLERANCE, simpler
 from grammarlab.preference.simplified import SimplifiedPreference
 
 MAX_LEAVES = 128
@@ -32,12 +32,6 @@ _MIN_ALTERNATIVES = 2_000
 """Least limit of the number of alternatives before symbols are merged."""
 _PERCENTAGE_STEPS = (0.05, 0.01, 0.001, 0.0001)
 """Candidate steps of percentages, roundest first."""
-_MAX_ROUNDING_JS = 1e-4
-"""Largest loss in nats by round percentages."""
-_MIN_SHARES = (0.02, 0.01, 0.005, 0.002, 0.001)
-"""Candidate probabilities of the branches that may be left out, largest first."""
-_MAX_TRIMMING_JS = 1e-3
-"""Largest change of the density in nats, and largest loss, by branches that are left out."""
 
 
 class Simple(NamedTuple):
@@ -168,20 +162,20 @@ def rounded_off(
         return others * np.concatenate([grammar.ratio(models) for models in batches])
 
     best, ratio, min_share = exact, ratio_of(exact), 0.0
-    most = agreement(density.scores, ratio, weights).js + _MAX_TRIMMING_JS
-    for share in _MIN_SHARES:
+    most = agreement(density.scores, ratio, weights).js + REST
+    for share in SMALL_SHARES:
         trimmed = target.compiled(forest, header, min_share=share)
         if trimmed.text == best.text:
             break  # so are those of the smaller shares
         trimmed_ratio = ratio_of(trimmed)
         change, loss = (agreement(before, trimmed_ratio, weights).js for before in (ratio, density.scores))
-        if change <= _MAX_TRIMMING_JS and loss <= most and density.keeps_liked(exact, trimmed):
+        if change <= REST and loss <= most and density.keeps_liked(exact, trimmed):
             best, ratio, min_share = trimmed, trimmed_ratio, share
             break
     for step in _PERCENTAGE_STEPS:
         rounded = target.compiled(forest, header, step=step, min_share=min_share)
         rounded_ratio = ratio_of(rounded)
         moved = agreement(ratio, rounded_ratio, weights).js
-        if moved <= _MAX_ROUNDING_JS and agreement(density.scores, rounded_ratio, weights).js <= most:
+        if moved <= NEGLIGIBLE_JS and agreement(density.scores, rounded_ratio, weights).js <= most:
             return rounded
     return best

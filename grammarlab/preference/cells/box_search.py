@@ -26,13 +26,9 @@ from grammarlab.preference.person import MODEL_NOISE, NOISES, START_BLUNDERS, In
 MIN_COLUMNS = 8
 """Smallest number of continuous columns; trees find conjunctions of fewer."""
 NUM_CHAINS = 6
-"""Number of chains."""
-NUM_PER_CHAIN = 6
-"""Number of boxes from each chain."""
+"""Number of chains, and of boxes from each of them."""
 _NUM_HEATED, _NUM_BETWEEN = 360, 16
 """Numbers of steps of a chain before its first box and between boxes."""
-_HEATED_SHARE = 0.7
-"""Share of the first steps in which a chain cools down."""
 _TEMPERATURE = 3.0
 """Temperature of its first step."""
 _NUM_SLOTS, _NUM_FACES = 24, 8.0
@@ -170,11 +166,11 @@ def _drawn(places: _Places, gains: Singles, randomness: np.random.Generator) -> 
     chain, is_liked = _Chain(places, randomness), gains > 0.0
     balance = max(1.0, float(-gains[~is_liked].sum() / gains[is_liked].sum()))
     for step in range(_NUM_HEATED):
-        heat = max(0.0, 1.0 - step / (_HEATED_SHARE * _NUM_HEATED))
+        heat = 1.0 - step / _NUM_HEATED
         weighted = np.where(is_liked, gains * balance**heat, gains) / _TEMPERATURE**heat
         chain.step(weighted.astype(np.float32))
     boxes = list[_Faces]()
-    for _ in range(NUM_PER_CHAIN):
+    for _ in range(NUM_CHAINS):
         for _ in range(_NUM_BETWEEN):
             chain.step(gains)
         boxes.append(dict(chain.faces))

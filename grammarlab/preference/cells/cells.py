@@ -31,8 +31,6 @@ _NUM_QUANTILES = 12
 """Number of quantiles of the scores on the grid, if there are more different scores."""
 _FAINT_SDS, _FAINT_FACTOR = 1.5, 0.1
 """Values below this many standard deviations of the noise are this many times as likely; 0 gets the difference."""
-_MIN_ODDS = 1e-30
-"""Smallest divisor and argument of a logarithm."""
 _MIN_NUM_CELLS = 1e-5
 """Number of cells below which there are none: sums of floats are not exact."""
 
@@ -137,8 +135,8 @@ class ScoreCells:
             base, total = (likelihood @ self._mixed).T
             outside = total - np.einsum("kg,kg->k", likelihood, sums[:, size:-1])
             share, number = self._shared(sums)
-            odds = base * (1.0 - share) + share * np.maximum(outside, 0.0) / np.maximum(number, _MIN_ODDS)
-        return np.log(odds + _MIN_ODDS) + highest[:, 0]
+            odds = base * (1.0 - share) + share * np.maximum(outside, 0.0) / np.maximum(number, _MIN_NUM_CELLS)
+        return np.log(odds + np.finfo(np.float32).tiny) + highest[:, 0]
 
     def _prior(self, sums: Singles) -> Singles:
         """[k or 1, G] prior of the values of parts, given the values of labels outside."""
@@ -146,7 +144,7 @@ class ScoreCells:
             return self._base
         outside = np.maximum(self._all[len(self.grid) : -1] - sums[:, len(self.grid) : -1], 0.0)
         share, number = (column[:, None] for column in self._shared(sums))
-        prior = self._base * (1.0 - share) + share * outside / np.maximum(number, _MIN_ODDS)
+        prior = self._base * (1.0 - share) + share * outside / np.maximum(number, _MIN_NUM_CELLS)
         return prior.astype(np.float32)
 
     def _shared(self, sums: Singles) -> tuple[Singles, Singles]:

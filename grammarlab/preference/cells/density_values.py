@@ -11,12 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import ROUNDING, Floats
 
 _NUM_SWEEPS = 3
 """Number of sweeps; each takes the total of the other cells from the sweep before."""
-_MIN_TOTAL = 1e-12
-"""Totals of at most this count as 0."""
 
 
 def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:
@@ -32,9 +30,9 @@ def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floa
     for _ in range(_NUM_SWEEPS):
         others = np.maximum(masses @ values - masses * values, 0.0)
         value_mass = grid * masses[:, None]
-        share = (posteriors * (value_mass / np.maximum(value_mass + others[:, None], _MIN_TOTAL))).sum(axis=1)
+        share = (posteriors * (value_mass / np.maximum(value_mass + others[:, None], ROUNDING))).sum(axis=1)
         # A cell without designs, or without other cells of some value, has no share that its value could change.
-        has_share = (masses > 0.0) & (others > _MIN_TOTAL)
-        odds = share / np.maximum(1.0 - share, _MIN_TOTAL)
+        has_share = (masses > 0.0) & (others > ROUNDING)
+        odds = share / np.maximum(1.0 - share, ROUNDING)
         values = np.where(has_share, odds * others / np.where(has_share, masses, 1.0), expected)
     return values * (expected.max() / values.max()) if values.max(initial=0.0) > 0.0 else expected

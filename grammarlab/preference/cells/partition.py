@@ -23,8 +23,8 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
-from grammarlab.preference.cells.box_search import NUM_PER_CHAIN, find_boxes
+from grammarlab.preference.base import FEW, MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.cells.box_search import NUM_CHAINS, find_boxes
 from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
 from grammarlab.preference.cells.density_values import values_for_density
 from grammarlab.preference.cells.sum_shares import split_columns, sums_of, widened
@@ -41,10 +41,6 @@ _NUM_DOUBTFUL = 10
 """Number of alternative trees, used only to choose questions."""
 _DOUBT_TEMPERATURE = 4.0
 """Approximate loss in nats of the alternative trees."""
-_NUM_REPLANTED = 4
-"""Number of trees of all labels that are candidates for some of the labels."""
-_NUM_CHAINS_WITHOUT = 2
-"""Number of chains of boxes of some of the labels."""
 _MIN_NOISE_PROBABILITY = 0.25
 """Least probability of a noise that values are averaged over, relative to the most likely one: an unlikely small one
 would make every disliked cell a little liked, and most designs are disliked."""
@@ -197,7 +193,7 @@ class PartitionPreference(AbstractPreference):
         """
         columns = split_columns(rows, self.groups, continuous, self.shares_of, scores, self.priors)
         table, randomness = widened(rows, self.shares_of), np.random.default_rng(0)
-        boxes = find_boxes(table, scores, continuous, randomness, intervals, _NUM_CHAINS_WITHOUT, self.priors)
+        boxes = find_boxes(table, scores, continuous, randomness, intervals, FEW, self.priors)
         others = Others([box.tree(table) for box in boxes], table)
         labelled = ScoreCells(scores, self.cells.grid, *self.person, intervals=intervals)
         sketched = TreeGrowth(columns, labelled).sketches(_one_of_each_chain(others))
@@ -206,7 +202,7 @@ class PartitionPreference(AbstractPreference):
         # hard to find again with fewer chains that it would be worse to do without.
         if self.person.errs or self.boxes:
             # The structure of all labels is kept, pruned by these labels only, as a process keeps its kernel.
-            trees = growth.replanted(Others([*others.trees, *self.trees[:_NUM_REPLANTED]], table))
+            trees = growth.replanted(Others([*others.trees, *self.trees[:FEW]], table))
         else:
             trees = growth.trees(others)
         return replace(self, cells=growth.evidence, trees=tuple(trees), doubtful=(), boxes=(), designs=None)
@@ -373,4 +369,4 @@ def with_levels(cells: ScoreCells, trees: Sequence[Tree]) -> ScoreCells:
 
 
 def _one_of_each_chain(boxes: Others) -> Others:
-    return boxes._replace(trees=boxes.trees[::NUM_PER_CHAIN])
+    return boxes._replace(trees=boxes.trees[::NUM_CHAINS])

@@ -13,15 +13,11 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from grammarlab.arrays import Ints
+from grammarlab.preference.base import FEW, HOPELESS
 from grammarlab.preference.growth.part_evidence import Evidence
 from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.growth.tree_growth import Others, Tree, TreeGrowth
 from grammarlab.preference.person import PERSONS, Person
-
-_MAX_PERSONS = 3
-"""Largest number of times that errors are improved and trees grown again."""
-_HOPELESS = 12.0
-"""Loss in nats by less noise with which even less is not tried."""
 
 E = TypeVar("E", bound=Evidence)
 
@@ -63,11 +59,11 @@ def search(columns: SplitColumns, evidence: E, persons: Sequence[Person], others
     for person in persons[1:]:
         found = sketched(person)
         # Trees found under less noise would only be larger.
-        if found.log_evidence < best.log_evidence - _HOPELESS:
+        if found.log_evidence < best.log_evidence - HOPELESS:
             break
         best = max(best, found, key=lambda item: item.log_evidence)
     tried = set[Person]()
-    for _ in range(_MAX_PERSONS):
+    for _ in range(FEW):
         likely = _most_likely(best)
         if likely in tried:
             break

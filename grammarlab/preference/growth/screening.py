@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
 from grammarlab.preference.growth.ranks import binned
 
 COARSE_BINS = 8
 """Number of bins of a column: enough for a band or a wave, few enough to explain little by chance."""
-_MIN_TOTAL = 1e-9
-"""Sum of squared differences below which scores are equal."""
 
 
 def coarse_bins(columns: Floats) -> Ints:
@@ -41,8 +39,8 @@ def gains_of_parts(coarse: Ints, parts: Flags, scores: Floats) -> Floats:
     correction = all_sums**2 / np.maximum(size, 1.0)
     total = squares - correction
     between = (sums**2 / np.maximum(number, 1.0)).sum(axis=1) - correction
-    worth = gain_of_share(between / np.maximum(total, _MIN_TOTAL), (number > 0.0).sum(axis=1), size)
-    return np.where((total > _MIN_TOTAL) & (size >= 2.0), worth, 0.0).T
+    worth = gain_of_share(between / np.maximum(total, ROUNDING), (number > 0.0).sum(axis=1), size)
+    return np.where((total > ROUNDING) & (size >= 2.0), worth, 0.0).T
 
 
 def explained(codes: Ints, width: int, scores: Floats) -> Floats:

@@ -10,10 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
-
-_TOLERANCE = 1e-6
-"""Largest squared distance of equal values of columns; it allows for rounding errors."""
+from grammarlab.arrays import ROUNDING, Floats, Ints
 
 
 class Value(NamedTuple):
@@ -59,7 +56,7 @@ class Names(NamedTuple):
         """[m] index of the pattern of each row [m, F]; NaN for none of them."""
         distance = ((rows[:, None, list(self.columns)] - self.patterns) ** 2).sum(axis=2)
         nearest = distance.argmin(axis=1)
-        return np.where(distance[np.arange(len(rows)), nearest] < _TOLERANCE, nearest, np.nan)
+        return np.where(distance[np.arange(len(rows)), nearest] < ROUNDING, nearest, np.nan)
 
 
 Reading = Value | Parity | Names

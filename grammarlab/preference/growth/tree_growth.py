@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import FEW, HOPELESS
 from grammarlab.preference.growth.cuts import Cuts, all_cuts, best_cuts, price_of_bounds
 from grammarlab.preference.growth.node_bins import node_bins
 from grammarlab.preference.growth.part_evidence import Evidence
@@ -32,22 +33,12 @@ _NUM_EXACT = 24
 """Number of columns of a node whose best cuts are compared, those that a screening ranks first. More are only slower.
 """
 _NUM_ROOTS = 8
-"""Number of columns whose best cuts are first divisions, those that a screening ranks first."""
-_NUM_SKETCHED = 3
-"""The same of a few trees."""
-_PATIENCE = 12.0
-"""Largest loss in nats of divisions below each other, until one gains: a few liked designs are apart only after several
-divisions."""
-_MAX_DEPTH = 12
-"""Largest depth of a tree."""
+"""Number of columns whose best cuts are first divisions, those that a screening ranks first, and of cuts of a node that
+it is grown again from. More are only slower."""
 _IMPROVED_DEPTH = 2
 """Number of levels of nodes that are grown again."""
-_NUM_ALTERNATIVES = 6
-"""Number of cuts of a node that it is grown again from. More are only slower."""
 _EQUAL = 1e-4
 """Difference in nats below which places of a bound are equally good; then the middle one is taken."""
-_MIN_POSSIBLE_GAIN = 6.0
-"""Gain in nats below which no division is possible: less than the price of a split."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +124,11 @@ class TreeGrowth:
         return np.arange(len(self.evidence.scores))
 
     @cached_property
+    def _least_price(self) -> float:
+        """Price in nats that every split has at least."""
+        return float(self.columns.prices.min(initial=np.inf))
+
+    @cached_property
     def _ranked_cache(self) -> dict[bytes, _Ranked]:
         """Cache of ranked cuts: trees share most of their nodes."""
         return {}
@@ -153,7 +149,7 @@ class TreeGrowth:
 
     def sketches(self, others: Others | None = None) -> list[Tree]:
         """A few of these trees, found quickly."""
-        return _different(self._beginnings(_NUM_SKETCHED, others))
+        return _different(self._beginnings(FEW, others))
 
     def replanted(self, others: Others) -> list[Tree]:
         """The splits of trees of any labels with these labels, pruned by their evidence; the most likely tree first."""
@@ -167,7 +163,7 @@ class TreeGrowth:
 
     def grown(self, labels: Ints, root: int | None = None) -> Tree:
         """The tree of some labels, with a given column of the first division or, if it is None, the best one."""
-        return self._grown(labels, 0, _PATIENCE) if root is None else self._rooted(labels, root)
+        return self._grown(labels, 0, HOPELESS) if root is None else self._rooted(labels, root)
 
     def drawn(self, doubt: float, randomness: np.random.Generator) -> Tree:
         """A tree of all labels that explains these about as well as the best one.
@@ -240,7 +236,7 @@ class TreeGrowth:
         ranked = self._cut(np.array([column]), labels)
         if not np.isfinite(ranked.log_posterior[0]):
             return leaf
-        left = _PATIENCE - max(self._loss(0, ranked, 0, leaf), 0.0)
+        left = HOPELESS - max(self._loss(0, ranked, 0, leaf), 0.0)
         return self._branch(labels, 0, ranked, 0, leaf, max(left, 0.0))
 
     def _branch(self, labels: Ints, depth: int, ranked: _Ranked, index: int, leaf: Tree, patience: float) -> Tree:
@@ -261,8 +257,8 @@ class TreeGrowth:
         if ranked is None:
             return tree
         leaf, order = self._leaf(tree.labels, depth), np.argsort(-ranked.log_posterior, kind="stable")
-        cuts = [index for index in order[:_NUM_ALTERNATIVES].tolist() if np.isfinite(ranked.log_posterior[index])]
-        others = (self._branch(tree.labels, depth, ranked, index, leaf, _PATIENCE) for index in cuts)
+        cuts = [index for index in order[:_NUM_ROOTS].tolist() if np.isfinite(ranked.log_posterior[index])]
+        others = (self._branch(tree.labels, depth, ranked, index, leaf, HOPELESS) for index in cuts)
         best = max((tree, *others), key=lambda tree: tree.log_posterior)
         parts = tuple((part, self._improved(branch, depth + 1)) for part, branch in best.parts)
         gained = sum(
@@ -306,9 +302,9 @@ class TreeGrowth:
 
     def _worth_dividing(self, labels: Ints, depth: int) -> _Ranked | None:
         """The best cuts of a node; None if none can explain its scores better than one cell."""
-        if len(labels) < 2 or depth >= _MAX_DEPTH or not self.columns.values.shape[1]:
+        if len(labels) < 2 or not self.columns.values.shape[1]:
             return None
-        if self.evidence.of_labels(labels) > self.evidence.best_possible(labels) - _MIN_POSSIBLE_GAIN:
+        if self.evidence.of_labels(labels) > self.evidence.best_possible(labels) - self._least_price:
             return None
         key = labels.tobytes()
         if key not in self._ranked_cache:

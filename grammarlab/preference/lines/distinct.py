@@ -6,10 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
-
-_DIGITS = 6
-"""Digits to which equal columns are equal."""
+from grammarlab.arrays import ROUNDING, Floats, Ints
 
 
 class Distinct(NamedTuple):
@@ -28,7 +25,7 @@ class Distinct(NamedTuple):
         scales = rows.std(axis=0)
         varying = np.flatnonzero(scales > 0.0)
         table = (rows[:, varying] - rows[:, varying].mean(axis=0)) / scales[varying]
-        signed = np.round(table * np.where(table[:1] < 0.0, -1.0, 1.0), _DIGITS) + 0.0
+        signed = np.rint(table * np.where(table[:1] < 0.0, -1.0, 1.0) / ROUNDING) + 0.0
         known = dict[bytes, int]()
         for index, column in zip(varying.tolist(), np.ascontiguousarray(signed.T), strict=True):
             known.setdefault(column.tobytes(), index)

@@ -15,16 +15,21 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.base import (
+    MAX_SCORE,
+    MIN_SHARE,
+    AbstractPreference,
+    Prediction,
+    Relevance,
+    Rows,
+    rows_to_predict,
+)
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.lines.distinct import Distinct
 from grammarlab.preference.lines.fitted_line import SOFTNESS, FittedLine, fitted, with_ones
 from grammarlab.preference.lines.line_scores import LineScores, clipped
 from grammarlab.preference.lines.points_search import LineSearch
 from grammarlab.preference.person import Person
-
-_MAX_LOSS = 7.0
-"""Largest difference in nats between the total of a line that counts and that of the best one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +151,7 @@ def fit(rows: Floats, scores: Floats, groups: Ints, priors: Floats | None = None
     distinct, search = _searched(rows, np.log(groups.max(initial=0) + 1.0) - np.log(likely), scores)
     ranked = sorted(search.tried.values(), key=lambda line: -search.total(line))
     totals = np.array([search.total(line) for line in ranked])
-    counting = ranked[: int(np.count_nonzero(totals > totals[0] - _MAX_LOSS))]
+    counting = ranked[: int(np.count_nonzero(totals > totals[0] + np.log(MIN_SHARE)))]
     used = np.unique(np.array([term for line in counting for term in line.terms], dtype=np.int64))
     number = {term: index for index, term in enumerate(used.tolist())}
     lines = tuple(replace(line, terms=tuple(number[term] for term in line.terms)) for line in counting)

@@ -14,11 +14,8 @@ import numpy as np
 from scipy.special import ndtr
 
 from grammarlab.arrays import Floats
-from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.base import MAX_SCORE, SCORE_STEP
 from grammarlab.preference.person import Person, intervals_of, log_likelihood
-
-_MIN_SD = 1.0
-"""Smallest standard deviation of a score in points, for slopes: scores are whole points."""
 
 
 class Slopes(NamedTuple):
@@ -64,7 +61,7 @@ class LineScores:
         index = np.minimum(values.astype(np.int64), int(MAX_SCORE) - 1)
         every, part = np.arange(len(sums)), values - index
         low, high = self._table[every, index], self._table[every, index + 1]
-        variance = max(self.person.noise, _MIN_SD) ** 2
+        variance = max(self.person.noise, SCORE_STEP) ** 2
         # Slopes of a table near a bend exceed those of any score.
         first = np.clip(high - low, -MAX_SCORE / variance, MAX_SCORE / variance)
         likelihood = float((low + part * (high - low)).sum())

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import gammaln
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.lines.fitted_line import LEAST_SLOPE, POINTS, SOFTNESS, FittedLine, fitted, with_ones
 from grammarlab.preference.lines.line_scores import LineScores
@@ -27,8 +27,6 @@ _NUM_EXCHANGES = 3
 """Number of columns that are tried instead of each one."""
 _MAX_ROUNDS = 4
 """Largest number of rounds of exchanges."""
-_MIN_CURVATURE = 1e-9
-"""Smallest curvature of a column that others nearly repeat, per squared point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +120,7 @@ class LineSearch:
         slopes = line.scores.slopes(design @ line.points, SOFTNESS, LEAST_SLOPE)
         across = (design.T * slopes.curvature) @ self.table
         own = slopes.curvature @ self.table**2 + 1.0 / POINTS**2
-        own = np.maximum(own - np.einsum("kc,kc->c", across, np.linalg.solve(line.precision, across)), _MIN_CURVATURE)
+        own = np.maximum(own - np.einsum("kc,kc->c", across, np.linalg.solve(line.precision, across)), ROUNDING)
         gains = (slopes.first @ self.table) ** 2 / (2.0 * own) - 0.5 * np.log(own * POINTS**2) - self.prices
         gains[list(line.terms)] = -np.inf
         order = np.argsort(-gains, kind="stable")[:num]

@@ -27,8 +27,9 @@ from grammarlab.preference.observations import Observations
 
 Evaluate = Callable[[Floats], tuple[float, Floats]]
 """Function from a point [d] to its value and gradient [d]."""
-_MIN_BLOCK = 64
-"""Size below which halving a triangular matrix costs more than it saves."""
+MIN_BLOCK = 64
+"""Smallest size of matrices. Halving a smaller one costs more than it saves, and smaller tables are padded to it, so
+that few sizes are compiled."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,7 +239,7 @@ def _inverse_and_log_determinant(C: jax.Array) -> tuple[jax.Array, jax.Array]:
 def _gram(L: jax.Array) -> jax.Array:
     """L^T L of a lower triangular matrix."""
     n = len(L)
-    if n <= _MIN_BLOCK:
+    if n <= MIN_BLOCK:
         return L.T @ L
     h = n // 2
     corner = L[h:, :h].T @ L[h:, h:]
@@ -251,7 +252,7 @@ def _gram(L: jax.Array) -> jax.Array:
 
 def _triangular_inverse(L: jax.Array) -> jax.Array:
     n = len(L)
-    if n <= _MIN_BLOCK:
+    if n <= MIN_BLOCK:
         return solve_triangular(L, jnp.eye(n, dtype=L.dtype), lower=True)
     h = n // 2
     top, bottom = _triangular_inverse(L[:h, :h]), _triangular_inverse(L[h:, h:])

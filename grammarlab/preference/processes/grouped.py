@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import (
+    FEW,
     MAX_SCORE,
     MIN_SHARE,
     AbstractPreference,
@@ -41,19 +42,13 @@ from grammarlab.preference.processes.grouped_search import (
     search,
     starting_kernels,
 )
-from grammarlab.preference.processes.posterior import Posterior, condition
+from grammarlab.preference.processes.posterior import MAX_ROWS, Posterior, condition
 
 MAX_ROWS_TO_FIT = 256
 """Largest number of distinct rows of the search; of more, a selection with the same distribution of scores is used."""
-MAX_ROWS_TO_KEEP = 4096
-"""Largest number of distinct rows for predictions, selected in the same way."""
 
 NUM_RANDOM_STARTS = 2
 """Number of random starts of the search for kernels."""
-NUM_WARM_STARTS = 4
-"""Number of explanations of the previous round used as starts, since new labels may favour another one."""
-_MIN_HIGHEST = 1e-6
-"""Largest highest score in points that is no scale: the squares of smaller ones vanish."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,14 +151,14 @@ def fit_observed(
     starts: int | None = None,
 ) -> GroupedPreference:
     """`fit` from observations, which may include differences of two rows."""
-    observations = thinned(labels, MAX_ROWS_TO_KEEP, seed)
+    observations = thinned(labels, MAX_ROWS, seed)
     num_columns = observations.rows.shape[1]
     numbers = checked_groups(groups, num_columns)
     scales = scales_of(observations.all_rows)
     differences = observations.differences
     plain = observations.means if differences is None else observations.means[differences.variances == 0.0]
     highest = float(np.max(plain, initial=0.0))
-    highest = highest if highest > _MIN_HIGHEST else MAX_SCORE
+    highest = highest if highest > ROUNDING else MAX_SCORE
     problem = problem_of(thinned(observations, MAX_ROWS_TO_FIT, seed), numbers, scales, highest)
     drawn = np.zeros(problem.num_groups)
     drawn[numbers[checked_kinds(continuous, num_columns)]] = 1.0
@@ -187,7 +182,7 @@ def _warm_starts(warm: AbstractPreference | None, num_columns: int, groups: Ints
             f'warm: expected a preference that method="grouped" found on the same {num_columns} columns and groups, '
             f"found {type(warm).__name__} on {warm.num_columns}. Leave it out when the columns have changed."
         )
-    return [explanation.kernel for explanation in warm.explanations[:NUM_WARM_STARTS]]
+    return [explanation.kernel for explanation in warm.explanations[:FEW]]
 
 
 def _best(problem: KernelProblem, starts: list[Kernel]) -> list[Kernel]:

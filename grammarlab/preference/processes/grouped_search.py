@@ -21,55 +21,35 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy.linalg import cho_solve, cholesky
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.observations import Observations
 from grammarlab.preference.person import NOISE_PRIOR
-from grammarlab.preference.processes.evidence import Data, Minimum, loss, minimise, padded, padded_size
-from grammarlab.preference.processes.posterior import Hyperparameters, squared_distances
+from grammarlab.preference.processes.evidence import MIN_BLOCK, Data, Minimum, loss, minimise, padded, padded_size
+from grammarlab.preference.processes.posterior import Hyperparameters
 
-EPSILON = 1e-2
-"""eps of a few groups: smallest weight of a relevant group."""
+EPSILON = 0.04
+"""Smallest weights of relevant groups, all together: eps of one group is its part of it."""
 AMPLITUDE = (0.2, 1.0)
 """Median of the amplitude's prior, as a share of the squared highest score, and standard deviation of its logarithm."""
 NOISE = ((NOISE_PRIOR[0] / MAX_SCORE) ** 2, 2.0 * NOISE_PRIOR[1])
 """The same of the noise, a variance."""
-_RELEVANCES = np.exp(np.linspace(-4.0, 4.0, 9))
-"""Candidate relevances, as multiples of one over the mean squared distance of two rows."""
-_FEW_GROUPS = 4
-"""Largest number of groups with `EPSILON`; eps of more groups is inversely proportional to their number."""
 _AMPLITUDE_BOUNDS = (1e-2, 10.0)
 """Bounds of the amplitude, as shares of the squared highest score."""
 _NOISE_BOUNDS = (1e-6, 0.05)
 """Bounds of the noise, as shares of the squared highest score."""
 _WEIGHT_BOUNDS = (1e-5, 1e3)
 """Bounds of a weight, per squared range of a column."""
-_MIN_ROWS = 64
-"""Smallest padded number of rows, so that few sizes are compiled."""
-_MIN_COLUMNS = 64
-"""Smallest padded number of columns, so that few sizes are compiled."""
 _IRRELEVANT_WEIGHTS = (1e-3, 1e-4, 1e-5)
 """Weights below which groups are left out: the first of these that costs no more than `_MAX_FREE_LOSS`. Many groups of
 small weight can explain an additive preference."""
 _MAX_FREE_LOSS = 0.05
 """Largest loss by dropped weights, nats."""
-_LOG_NO_WEIGHT = -40.0
+_LOG_NO_WEIGHT = float(np.log(np.finfo(np.float64).tiny))
 """Logarithm of a weight without effect."""
 _STAGE_ITERATIONS = (20, 80)
 """L-BFGS iterations with all groups, and with the remaining ones."""
-
-
-@dataclass(frozen=True, slots=True)
-class StartingKernel:
-    """A kernel with equal relevance of all columns."""
-
-    amplitude: float
-    """theta_0 in squared scores."""
-    weights: Floats
-    """[F] equal for all columns once each is scaled to the range 0-1; 0 for columns that do not vary, about which
-    the labels say nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,38 +81,7 @@ class KernelProblem:
     @property
     def epsilon(self) -> float:
         """eps: the price of a relevant group is its logarithm with a minus sign, so choices among many cost more."""
-        return EPSILON * min(1.0, _FEW_GROUPS / max(float(self.varying.sum()), 1.0))
-
-
-def common_relevance(observations: Observations, noise: float, penalty: float) -> StartingKernel:
-    """The start with the best evidence (Equation 4.8) among a few relevances.
-
-    For each the best amplitude has a closed form, taking noise as a share of the mean squared score. If all scores
-    are zero, no choice is possible: the amplitude is then half of `MAX_SCORE` squared.
-
-    Args:
-        observations: the labels.
-        noise: 1 / beta > 0 in squared scores.
-        penalty: lambda >= 0.
-    """
-    ranges = np.ptp(observations.rows, axis=0)
-    unit = np.divide(1.0, ranges**2, out=np.zeros_like(ranges), where=ranges > 0.0)
-    scaled = (observations.rows - observations.rows.mean(axis=0)) * np.sqrt(unit)
-    squared, u = squared_distances(scaled, scaled), observations.means
-    n, typical = len(u), float(np.mean(squared)) or 1.0
-    best, least = StartingKernel((MAX_SCORE / 2.0) ** 2, unit / typical), np.inf
-    if not np.any(u > 0.0):
-        return best
-    ratio = noise / float(np.mean(u * u))
-    for relevance in _RELEVANCES / typical:
-        correlation = np.exp(-0.5 * relevance * squared)
-        correlation.flat[:: n + 1] += ratio / observations.counts + 1e-12
-        factor = cholesky(correlation, lower=True, overwrite_a=True, check_finite=False)
-        amplitude = float(u @ cho_solve((factor, True), u, check_finite=False)) / n
-        energy = float(np.sum(np.log(np.diag(factor))) + 0.5 * n * np.log(amplitude) + penalty * relevance * unit.sum())
-        if energy < least:
-            best, least = StartingKernel(amplitude, relevance * unit), energy
-    return best
+        return EPSILON / max(float(self.varying.sum()), 1.0)
 
 
 def scales_of(rows: Floats) -> Floats:
@@ -214,8 +163,8 @@ def _stage(problem: KernelProblem, kernel: Kernel, iterations: int) -> Kernel:
 def _on_device(problem: KernelProblem, columns: Ints, active: Ints) -> tuple[Data, jax.Array, int]:
     """The active columns and their groups, padded to few sizes, since a compilation takes as long as many searches."""
     full = padded_size(len(problem.groups), 4)
-    size = _MIN_COLUMNS if len(columns) <= _MIN_COLUMNS < full else full
-    num_rows = max(_MIN_ROWS, padded_size(len(problem.observations.means), 1))
+    size = MIN_BLOCK if len(columns) <= MIN_BLOCK < full else full
+    num_rows = max(MIN_BLOCK, padded_size(len(problem.observations.means), 1))
     part = problem.observations.of_columns(columns)
     # Padded columns are zeros, so their group does not matter.
     groups = np.zeros(size, dtype=np.int64)

@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cholesky, solve_triangular
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
 from grammarlab.preference.labels import COMPARISONS, Kind
 from grammarlab.preference.observations import Differences, Observations, checked_labels, observe
 from grammarlab.preference.person import (
     MODEL_NOISE,
-    USUAL_BLUNDERS,
+    START_BLUNDERS,
     Intervals,
     intervals_of,
     intervals_of_kinds,
@@ -36,8 +36,6 @@ _DAMPING = 0.7
 """Step of a site towards its new value in a sweep; all sites move at once, so full steps would overshoot."""
 _TOLERANCE = 1e-4
 """Change of a mean, as a share of its deviation, below which sweeps end."""
-_MIN_PRECISION = 1e-8
-"""Smallest precision of a site or a cavity, so that variances are finite."""
 _MIDDLE_GRID = np.arange(5.0, 96.0, 2.5)
 """Candidate values at which thumbs turn, in points."""
 _SD_OF_MIDDLE = 20.0
@@ -69,7 +67,7 @@ class Sites(NamedTuple):
     def cavity(self) -> tuple[Floats, Floats]:
         """Mean [k] and variance [k] of each value, given all other labels."""
         marginal = np.maximum(np.diagonal(self.covariance), 1e-9)
-        precision = np.maximum(1.0 / marginal - self.precisions, _MIN_PRECISION)
+        precision = np.maximum(1.0 / marginal - self.precisions, ROUNDING)
         return (self.mean / marginal - self.shifts) / precision, 1.0 / precision
 
 
@@ -194,7 +192,7 @@ def label_observations(judgements: Judgements, hyperparameters: Hyperparameters,
     mixing, intervals = judgements.mixing, judgements.intervals(middle)
     noise = max(float(np.sqrt(hyperparameters.noise)), MODEL_NOISE)
     spread = covariance @ mixing.T
-    sites = propagate(mixing @ mean, mixing @ spread, intervals, noise, USUAL_BLUNDERS)
+    sites = propagate(mixing @ mean, mixing @ spread, intervals, noise, START_BLUNDERS)
     # Posterior of the rows, given all sites.
     inner = np.linalg.solve(mixing @ spread + np.diag(sites.variances), spread.T)
     mean, covariance = mean + inner.T @ (sites.means - mixing @ mean), covariance - spread @ inner
@@ -228,11 +226,11 @@ def propagate(mean: Floats, covariance: Floats, intervals: Intervals, noise: flo
         noise: standard deviation of the noise of a value, > 0.
         blunders: probability of a blunder.
     """
-    sites = _sites(mean, covariance, np.full(len(intervals), _MIN_PRECISION), np.zeros(len(intervals)))
+    sites = _sites(mean, covariance, np.full(len(intervals), ROUNDING), np.zeros(len(intervals)))
     for _ in range(_MAX_SWEEPS):
         cavity_means, cavity_variances = sites.cavity()
         _, means, variances = matched(intervals, cavity_means, cavity_variances, noise, blunders)
-        precisions = np.maximum(1.0 / variances - 1.0 / cavity_variances, _MIN_PRECISION)
+        precisions = np.maximum(1.0 / variances - 1.0 / cavity_variances, ROUNDING)
         shifts = means * (1.0 / cavity_variances + precisions) - cavity_means / cavity_variances
         converged = np.all(np.abs(means - sites.mean) <= _TOLERANCE * np.sqrt(cavity_variances))
         sites = _sites(
@@ -257,7 +255,7 @@ def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float
     noise = max(float(np.sqrt(hyperparameters.noise)), MODEL_NOISE)
     values, variances = mean[rows], np.maximum(np.diagonal(covariance)[rows], 1e-9)
     log_posteriors = [
-        float(matched(thumb_labels.intervals(middle), values, variances, noise, USUAL_BLUNDERS)[0].sum())
+        float(matched(thumb_labels.intervals(middle), values, variances, noise, START_BLUNDERS)[0].sum())
         - 0.5 * ((middle - MAX_SCORE / 2.0) / _SD_OF_MIDDLE) ** 2
         for middle in _MIDDLE_GRID.tolist()
     ]

@@ -18,8 +18,8 @@ from grammarlab.errors import GrammarlabError
 from grammarlab.preference.base import Prediction
 from grammarlab.preference.observations import Observations
 
-_ROWS_AT_ONCE = 4096
-"""Number of predictions in one block, which bounds the memory."""
+MAX_ROWS = 4096
+"""Largest number of rows that a process is conditioned on, and of predictions in one block: a budget of memory."""
 
 
 @cache
@@ -69,8 +69,8 @@ class Posterior:
         mean, variance = np.empty(len(rows)), np.empty(len(rows))
         prior = self.hyperparameters.amplitude + self.hyperparameters.noise
         with blas_libraries().limit(limits=1, user_api="blas"):
-            for start in range(0, len(rows), _ROWS_AT_ONCE):
-                block = slice(start, start + _ROWS_AT_ONCE)
+            for start in range(0, len(rows), MAX_ROWS):
+                block = slice(start, start + MAX_ROWS)
                 across = self.covariance_with_observed(rows[block])
                 mean[block] = across @ self.solution
                 explained = solve_triangular(self.factor, across.T, lower=True, overwrite_b=True, check_finite=False)

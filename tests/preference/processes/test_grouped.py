@@ -36,7 +36,7 @@ def energy(rows, scores, kernel, highest):
     value = dense_loss(rows / scales_of(rows), scores / highest, kernel.amplitude, weights, kernel.noise)
     for value_of, (median, deviation) in ((kernel.amplitude, AMPLITUDE), (kernel.noise, NOISE)):
         value += 0.5 * (np.log(value_of / median) / deviation) ** 2
-    epsilon = EPSILON * 4.0 / 6.0  # six groups, and four count as few
+    epsilon = EPSILON / 6.0  # of six groups
     return value + np.log1p((1.0 + kernel.amplitude) * kernel.weights / epsilon).sum()
 
 
