@@ -34,8 +34,8 @@ _MISSED_BY_BOXES = 0.1
 """Share of held-out scores that say nothing if boxes explain the scores: these are looked for again without them, and
 one bound more or less decides about many of the scores that boxes disputed."""
 _LIKELIHOOD_POWER = 0.25
-"""Power of the likelihood of held-out scores, and of the evidence of lines on that of cells. Scores were asked for where
-the preference was open, the parts know their structure from all scores, and each is the best explanation of many."""
+"""Power of the likelihood of held-out scores, and of the evidence of lines on that of cells. Scores were asked for
+where the preference was open, and the parts, each the best of many, know their structure from all scores."""
 NUM_FOLDS = 3
 """Number of parts of the labels, each held out once."""
 
