@@ -36,7 +36,7 @@ NEGLIGIBLE_SHARE = 0.01
 MANY_LABELS = 160
 """Number of labels from which on a part of the searches, or of the labels, is enough. More are only slower."""
 FEW = 3
-"""Number of trees, persons or starts that are followed where the best one alone might do. More are only slower."""
+"""Number of trees, persons, starts or sweeps that are made where one alone might do. More are only slower."""
 HOPELESS = 12.0
 """Loss in nats that a search does not expect to make up for."""
 SCORE_STEP = 1.0

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from grammarlab.arrays import ROUNDING, Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.labels import Kind
 
@@ -65,6 +65,8 @@ STAR_HALF_STEP = 12.5
 """h of stars, in points."""
 TIE_DIFFERENCE = 5.0
 """Difference in points below which a person who uses ties calls two models equal."""
+_MIN_LIKELIHOOD = 1e-12
+"""Smallest likelihood of a score, for any noise."""
 
 Singles = NDArray[np.float32]
 
@@ -185,7 +187,7 @@ def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blu
     low, high, length = intervals.low[:, None], intervals.high[:, None], intervals.length[:, None]
     deviation = intervals.deviation(noise)[:, None]
     probability = ndtr((high - values) / deviation) - ndtr((low - values) / deviation)
-    return np.log((1.0 - blunders) * probability + blunders * length / MAX_SCORE + ROUNDING).astype(np.float32)
+    return np.log((1.0 - blunders) * probability + blunders * length / MAX_SCORE + _MIN_LIKELIHOOD).astype(np.float32)
 
 
 def matched(
@@ -202,7 +204,7 @@ def matched(
     """
     deviation = np.sqrt(variances + intervals.deviation(noise) ** 2)
     low, high = (intervals.low - means) / deviation, (intervals.high - means) / deviation
-    evidence = (1.0 - blunders) * (ndtr(high) - ndtr(low)) + blunders * intervals.length / MAX_SCORE + ROUNDING
+    evidence = (1.0 - blunders) * (ndtr(high) - ndtr(low)) + blunders * intervals.length / MAX_SCORE + _MIN_LIKELIHOOD
     # First and second derivative of the evidence by the mean, divided by it.
     slope = (1.0 - blunders) * (_density(low) - _density(high)) / deviation / evidence
     curvature = (1.0 - blunders) * (_moment(low) - _moment(high)) / deviation**2 / evidence

@@ -20,6 +20,7 @@ from grammarlab.learning.targets.explanation import Words, words_of
 from grammarlab.learning.targets.unknown_part import knowledge_of
 from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Relevance
 from grammarlab.preference.blended import BlendedPreference
+from grammarlab.preference.held_out_share import NUM_FOLDS
 from grammarlab.preference.regression_tree import MAX_CODES, Split, grow, leaves_of, means_of, round_between
 from grammarlab.preference.simplified import SimplifiedPreference, drawn_to_levels, needed_columns
 
@@ -39,8 +40,6 @@ overfit."""
 SMALL_SHARES = (0.02, 0.005, 0.001)
 """Candidates for what may be left out, largest first: moves of a bound to be rounder, as shares of the range of a
 quantity, and probabilities of branches."""
-HELD_OUT_STRIDE = 3
-"""One design in 3 is held out to measure a tree that grew on the others."""
 MIN_LEAF = 60
 """Smallest number of designs of a pool in each leaf of a tree that says that nothing there is liked."""
 _NUM_LEVELS = 12
@@ -211,7 +210,7 @@ class _Path:
 
     @classmethod
     def grown(cls, rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> _Path:
-        held_out = np.arange(len(rows)) % HELD_OUT_STRIDE == 0
+        held_out = np.arange(len(rows)) % NUM_FOLDS == 0
         if not (weights * scores)[held_out].any() or not (weights * scores)[~held_out].any():
             held_out[:] = True
         is_training = ~held_out if not held_out.all() else held_out

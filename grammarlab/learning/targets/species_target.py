@@ -28,7 +28,6 @@ from grammarlab.learning.targets.distance_words import divergence_share
 from grammarlab.learning.targets.file_head import head
 from grammarlab.learning.targets.kinds_of_trees import Part, divisible, parts_of, with_parts
 from grammarlab.learning.targets.simplification import (
-    HELD_OUT_STRIDE,
     MIN_LEAF,
     TOLERANCE,
     Predicted,
@@ -42,6 +41,7 @@ from grammarlab.learning.targets.tree_conditions import rule_text
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.growth.splits import Value
+from grammarlab.preference.held_out_share import NUM_FOLDS
 from grammarlab.preference.regression_tree import Split, grow, leaves_of
 from grammarlab.preference.simplified import SimplifiedPreference
 from grammarlab.scene.instances import Scene
@@ -295,7 +295,7 @@ def _region(pool: _Pool, values: Floats, most: int) -> SimplifiedPreference:
     """
     everywhere = SimplifiedPreference((), np.ones(1))
     liked = (values > 0.0).astype(np.float64)
-    is_held_out = np.arange(len(liked)) % HELD_OUT_STRIDE == 0
+    is_held_out = np.arange(len(liked)) % NUM_FOLDS == 0
     rows, weights = pool.rows[~is_held_out], pool.weights[~is_held_out]
     share = liked[~is_held_out] / max(float(weights @ liked[~is_held_out] / max(weights.sum(), 1e-300)), 1e-300)
     tree = grow(rows, liked[~is_held_out], weights * (1.0 + share), pool.exact, MAX_LEAVES, MIN_LEAF)

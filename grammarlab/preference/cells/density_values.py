@@ -12,9 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from grammarlab.arrays import ROUNDING, Floats
-
-_NUM_SWEEPS = 3
-"""Number of sweeps; each takes the total of the other cells from the sweep before."""
+from grammarlab.preference.base import FEW
 
 
 def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:
@@ -27,7 +25,8 @@ def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floa
     """
     expected = posteriors @ grid
     values = expected
-    for _ in range(_NUM_SWEEPS):
+    # Each sweep takes the total of the other cells from the sweep before.
+    for _ in range(FEW):
         others = np.maximum(masses @ values - masses * values, 0.0)
         value_mass = grid * masses[:, None]
         share = (posteriors * (value_mass / np.maximum(value_mass + others[:, None], ROUNDING))).sum(axis=1)

@@ -37,6 +37,8 @@ _NUM_ROOTS = 8
 it is grown again from. More are only slower."""
 _IMPROVED_DEPTH = 2
 """Number of levels of nodes that are grown again."""
+_MIN_POSSIBLE_GAIN = 6.0
+"""Gain in nats below which no division is possible: less than the price of a split."""
 _EQUAL = 1e-4
 """Difference in nats below which places of a bound are equally good; then the middle one is taken."""
 
@@ -122,11 +124,6 @@ class TreeGrowth:
     def every(self) -> Ints:
         """[n] indices of all labels."""
         return np.arange(len(self.evidence.scores))
-
-    @cached_property
-    def _least_price(self) -> float:
-        """Price in nats that every split has at least."""
-        return float(self.columns.prices.min(initial=np.inf))
 
     @cached_property
     def _ranked_cache(self) -> dict[bytes, _Ranked]:
@@ -304,7 +301,7 @@ class TreeGrowth:
         """The best cuts of a node; None if none can explain its scores better than one cell."""
         if len(labels) < 2 or not self.columns.values.shape[1]:
             return None
-        if self.evidence.of_labels(labels) > self.evidence.best_possible(labels) - self._least_price:
+        if self.evidence.of_labels(labels) > self.evidence.best_possible(labels) - _MIN_POSSIBLE_GAIN:
             return None
         key = labels.tobytes()
         if key not in self._ranked_cache:

@@ -10,7 +10,7 @@ Lasso (Equation 4.8): a relevant group has a price of 5 nats or more, almost ind
 A theta_g, the size of the group's effect on scores, and with the number of groups (`KernelProblem.epsilon`): otherwise
 dozens of groups of small weight explain a person's errors.
 Two thirds of the groups are usually irrelevant after a few iterations; they are then left out.
-Searches start from the best relevance that all columns can share.
+Searches start from equal weights of all groups, of groups of counts, and of random halves of the groups.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.observations import Observations
 from grammarlab.preference.person import NOISE_PRIOR
@@ -35,17 +35,12 @@ AMPLITUDE = (0.2, 1.0)
 """Median of the amplitude's prior, as a share of the squared highest score, and standard deviation of its logarithm."""
 NOISE = ((NOISE_PRIOR[0] / MAX_SCORE) ** 2, 2.0 * NOISE_PRIOR[1])
 """The same of the noise, a variance."""
-_AMPLITUDE_BOUNDS = (1e-2, 10.0)
-"""Bounds of the amplitude, as shares of the squared highest score."""
-_NOISE_BOUNDS = (1e-6, 0.05)
-"""Bounds of the noise, as shares of the squared highest score."""
-_WEIGHT_BOUNDS = (1e-5, 1e3)
-"""Bounds of a weight, per squared range of a column."""
-_IRRELEVANT_WEIGHTS = (1e-3, 1e-4, 1e-5)
-"""Weights below which groups are left out: the first of these that costs no more than `_MAX_FREE_LOSS`. Many groups of
-small weight can explain an additive preference."""
+_MAX_DEVIATIONS = 3.0
+"""Largest number of standard deviations of amplitude and noise from their medians, by their priors."""
+_WEIGHT_BOUNDS = (1e-4, 1e3)
+"""Bounds of a weight, per squared range of a column; a group at the lower one is left out."""
 _MAX_FREE_LOSS = 0.05
-"""Largest loss by dropped weights, nats."""
+"""Largest loss by groups that are left out, in nats. Many groups of small weight can explain an additive preference."""
 _LOG_NO_WEIGHT = float(np.log(np.finfo(np.float64).tiny))
 """Logarithm of a weight without effect."""
 _STAGE_ITERATIONS = (20, 80)
@@ -150,7 +145,8 @@ def _stage(problem: KernelProblem, kernel: Kernel, iterations: int) -> Kernel:
         value, gradient = _energy_and_gradient(np.concatenate((point, padding)), groups, data, problem.epsilon)
         return float(value), np.asarray(gradient)[: len(point)]
 
-    bounds = np.log(np.array([_AMPLITUDE_BOUNDS, _NOISE_BOUNDS] + [_WEIGHT_BOUNDS] * len(active)))
+    priors = [_range_of(*AMPLITUDE), _range_of(*NOISE)]
+    bounds = np.array(priors + [np.log(_WEIGHT_BOUNDS)] * len(active))
     start = np.log(np.concatenate(([kernel.amplitude, kernel.noise], kernel.weights[active])))
     minimum = minimise(evaluate, start, bounds[:, 0], bounds[:, 1], max_iterations=iterations)
     point, energy = _without_irrelevant(minimum, lambda point: evaluate(point)[0])
@@ -187,16 +183,18 @@ def _energy(point: jax.Array, groups: jax.Array, data: Data, epsilon: float) -> 
 _energy_and_gradient = jax.jit(jax.value_and_grad(_energy))
 
 
+def _range_of(median: float, deviation: float) -> Floats:
+    """[2] the smallest and the largest logarithm."""
+    return np.log(median) + _MAX_DEVIATIONS * deviation * np.array([-1.0, 1.0])
+
+
 def _log_normal(log_value: jax.Array, median: float, deviation: float) -> jax.Array:
     return 0.5 * ((log_value - np.log(median)) / deviation) ** 2
 
 
 def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> tuple[Floats, float]:
-    """The point of a minimum without the weights that can be dropped at no cost, and its energy."""
-    for least in _IRRELEVANT_WEIGHTS:
-        point = minimum.point.copy()
-        point[2:][point[2:] < np.log(least)] = _LOG_NO_WEIGHT
-        value = energy(point)
-        if value <= minimum.value + _MAX_FREE_LOSS:
-            return point, value
-    return minimum.point, minimum.value
+    """The point of a minimum without the weights at their lower bound, if these cost nothing, and its energy."""
+    point = minimum.point.copy()
+    point[2:][point[2:] <= np.log(_WEIGHT_BOUNDS[0]) + ROUNDING] = _LOG_NO_WEIGHT
+    value = energy(point)
+    return (point, value) if value <= minimum.value + _MAX_FREE_LOSS else (minimum.point, minimum.value)
