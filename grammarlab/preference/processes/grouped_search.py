@@ -22,7 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from grammarlab.arrays import ROUNDING, Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.observations import Observations
 from grammarlab.preference.person import NOISE_PRIOR
@@ -37,8 +37,10 @@ NOISE = ((NOISE_PRIOR[0] / MAX_SCORE) ** 2, 2.0 * NOISE_PRIOR[1])
 """The same of the noise, a variance."""
 _MAX_DEVIATIONS = 3.0
 """Largest number of standard deviations of amplitude and noise from their medians, by their priors."""
-_WEIGHT_BOUNDS = (1e-4, 1e3)
-"""Bounds of a weight, per squared range of a column; a group at the lower one is left out."""
+_WEIGHT_BOUNDS = (1e-5, 1e3)
+"""Bounds of a weight, per squared range of a column."""
+_IRRELEVANT_WEIGHT = 1e-4
+"""Weight below which groups are left out."""
 _MAX_FREE_LOSS = 0.05
 """Largest loss by groups that are left out, in nats. Many groups of small weight can explain an additive preference."""
 _LOG_NO_WEIGHT = float(np.log(np.finfo(np.float64).tiny))
@@ -193,8 +195,8 @@ def _log_normal(log_value: jax.Array, median: float, deviation: float) -> jax.Ar
 
 
 def _without_irrelevant(minimum: Minimum, energy: Callable[[Floats], float]) -> tuple[Floats, float]:
-    """The point of a minimum without the weights at their lower bound, if these cost nothing, and its energy."""
+    """The point of a minimum without irrelevant weights, if these cost nothing, and its energy."""
     point = minimum.point.copy()
-    point[2:][point[2:] <= np.log(_WEIGHT_BOUNDS[0]) + ROUNDING] = _LOG_NO_WEIGHT
+    point[2:][point[2:] < np.log(_IRRELEVANT_WEIGHT)] = _LOG_NO_WEIGHT
     value = energy(point)
     return (point, value) if value <= minimum.value + _MAX_FREE_LOSS else (minimum.point, minimum.value)
