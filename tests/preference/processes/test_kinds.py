@@ -9,7 +9,14 @@ from grammarlab.errors import UsageError
 from grammarlab.learning.fitting import fit
 from grammarlab.preference import blended, mixed
 from grammarlab.preference.labels import Kind
-from grammarlab.preference.person import STAR_HALF_STEP, TIE_DIFFERENCE, intervals_of, log_likelihood, matched
+from grammarlab.preference.person import (
+    STAR_HALF_STEP,
+    START_BLUNDERS,
+    TIE_DIFFERENCE,
+    intervals_of,
+    log_likelihood,
+    matched,
+)
 from grammarlab.preference.processes.label_kinds import (
     Judgements,
     judgements_of,
@@ -123,7 +130,7 @@ def test_one_comparison_of_two_like_models_gives_the_textbook_posterior():
     mean, covariance = textbook(
         [0.0, 0.0],
         [[900.0, shared], [shared, 900.0]],
-        lambda a, b: 0.95 * norm.cdf((a - b) / (np.sqrt(2.0) * 8.0)) + 0.025,
+        lambda a, b: (1.0 - START_BLUNDERS) * norm.cdf((a - b) / (np.sqrt(2.0) * 8.0)) + START_BLUNDERS / 2.0,
     )
     told = posterior.predict(rows)
     np.testing.assert_allclose(told.mean, mean, atol=0.05)
