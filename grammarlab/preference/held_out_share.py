@@ -24,8 +24,10 @@ from grammarlab.preference.unexplained import folds_of
 
 PROCESS_SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
 """Candidate shares of the process."""
-_ODDS_OF_ONE = 20.0
-"""Prior odds of cells alone against any other share of a process, and of no lines against any other share of them."""
+_ODDS_OF_CELLS = 20.0
+"""Prior odds of cells alone against any other share."""
+_ODDS_OF_OTHERS = 5.0
+"""Prior odds of no lines against any other share of them."""
 _MAX_LOG_ODDS = 100.0
 """Largest log-odds that are not infinite."""
 _ODDS_OF_BOXES = 1e4
@@ -110,7 +112,7 @@ def held_out(rows: Floats, scores: Floats, continuous: Flags, seed: int, parts: 
     odds = float(np.exp(np.clip(_LIKELIHOOD_POWER * (1.0 - share) * advantage, -_MAX_LOG_ODDS, _MAX_LOG_ODDS)))
     both = np.stack([predicted[2], without_line])
     is_open = len(line.columns) > 0 and not _explains_all(cells)
-    line_share = share_by(both, scores, _designs(rows), _ODDS_OF_ONE / odds) if is_open else 0.0
+    line_share = share_by(both, scores, _designs(rows), _ODDS_OF_OTHERS / odds) if is_open else 0.0
     errors = line_share * predicted[2] + (1.0 - line_share) * without_line - scores
     return HeldOut(share, line_share, errors, scores, tuple(sketches))
 
@@ -126,7 +128,7 @@ def _share(rows: Floats, scores: Floats, predicted: Floats, cells: PartitionPref
         return 1.0
     if _explains_all(cells):
         return 0.0
-    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_ONE, START_BLUNDERS)
+    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_CELLS, START_BLUNDERS)
     return share_by(predicted, scores, _designs(rows), *prior)
 
 
@@ -144,7 +146,7 @@ def share_by(
     predicted: Floats,
     scores: Floats,
     row: Ints,
-    odds_of_cells: float = _ODDS_OF_ONE,
+    odds_of_cells: float = _ODDS_OF_CELLS,
     blunders: float = START_BLUNDERS,
 ) -> float:
     """The share of the process beside cells, or of lines beside both, by held-out scores.
@@ -167,7 +169,7 @@ def share_by(
     return mean_share(likelihoods, odds_of_cells)
 
 
-def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_ONE) -> float:
+def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_CELLS) -> float:
     """The mean of `PROCESS_SHARES` under their posterior; 0 if it is small.
 
     Args:
