@@ -29,6 +29,8 @@ NUM_CHAINS = 6
 """Number of chains, and of boxes from each of them."""
 _NUM_HEATED, _NUM_BETWEEN = 360, 16
 """Numbers of steps of a chain before its first box and between boxes."""
+_HEATED_SHARE = 0.7
+"""Share of the first steps in which a chain cools down."""
 _TEMPERATURE = 3.0
 """Temperature of its first step."""
 _NUM_SLOTS, _NUM_FACES = 24, 8.0
@@ -166,7 +168,7 @@ def _drawn(places: _Places, gains: Singles, randomness: np.random.Generator) -> 
     chain, is_liked = _Chain(places, randomness), gains > 0.0
     balance = max(1.0, float(-gains[~is_liked].sum() / gains[is_liked].sum()))
     for step in range(_NUM_HEATED):
-        heat = 1.0 - step / _NUM_HEATED
+        heat = max(0.0, 1.0 - step / (_HEATED_SHARE * _NUM_HEATED))
         weighted = np.where(is_liked, gains * balance**heat, gains) / _TEMPERATURE**heat
         chain.step(weighted.astype(np.float32))
     boxes = list[_Faces]()
