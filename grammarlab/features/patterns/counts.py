@@ -127,8 +127,7 @@ class _Counter:
                 for number, symbol in enumerate(forest.symbols)
                 if pattern.symbol is None or symbol == pattern.symbol
             ]
-        filled = [rows for rows in groups if len(rows)]
-        return filled[0] if len(filled) == 1 else np.sort(np.concatenate([np.zeros(0, np.int64), *filled]))
+        return self.trees.merged([rows for rows in groups if len(rows)])
 
     def _runs(self, below: Below) -> tuple[Ints, Floats]:
         """The nodes that a run of siblings can start at, and in how many ways each."""

@@ -5,6 +5,7 @@ Each index is made when it is first needed.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from functools import cached_property
 from itertools import pairwise
@@ -58,6 +59,16 @@ class Trees:
         """The nodes of a symbol that no rule rewrote, ascending."""
         order, offsets = self._leaves_by_symbol
         return order[offsets[symbol] : offsets[symbol + 1]]
+
+    def merged(self, groups: Sequence[Ints]) -> Ints:
+        """The nodes of groups without common nodes, each of them ascending, in ascending order."""
+        if len(groups) == 1:
+            return groups[0]
+        # Marks cost less than sorting: a look at every node is quick.
+        is_member = np.zeros(len(self.model), dtype=bool)
+        for rows in groups:
+            is_member[rows] = True
+        return np.flatnonzero(is_member)
 
     def draw_rows(self, site: str) -> Ints:
         """Rows of the draws of random expressions with a name."""
