@@ -276,11 +276,20 @@ def _set_properties(prim: Any, values: Mapping[str, Any], prefix: str = "") -> N
     Attributes instead of custom data, which Blender and Houdini leave out.
     """
     for name, value in values.items():
-        words = [Tf.MakeValidIdentifier(word) for word in f"{prefix}{name}".split(":")]
         kind = _PROPERTIES[type(value[0]), True] if isinstance(value, list) else _PROPERTIES[type(value), False]
-        attribute = prim.CreateAttribute(":".join(("userProperties", *words)), kind)
+        attribute = prim.CreateAttribute(_unused_property(prim, f"userProperties:{prefix}{name}"), kind)
         attribute.Set(value)
         attribute.SetDisplayName(name)
+
+
+def _unused_property(prim: Any, name: str) -> str:
+    """Name of a new attribute, as close as USD's rules allow: different names may have one valid form."""
+    valid = ":".join(Tf.MakeValidIdentifier(word) for word in name.split(":"))
+    unused, number = valid, 1
+    while prim.HasAttribute(unused):
+        number += 1
+        unused = f"{valid}_{number}"
+    return unused
 
 
 def _set_coordinates(mesh: Any, coordinates: NDArray[np.floating], interpolation: str) -> None:

@@ -63,6 +63,15 @@ _LOOKS = {
     "outside": LabelLook("#FFFFFF00", 0.01 - THICKNESS, is_flexible=True),
 }
 
+_SIGN_NOUNS = (
+    *("sign", "signboard", "signage", "signpost", "advert", "advertisement", "advertising", "banner", "billboard"),
+    *("logo", "logotype", "lettering", "inscription"),
+)
+_SIGNS = frozenset(_SIGN_NOUNS) | {f"{noun}s" for noun in _SIGN_NOUNS}
+"""Words for elements that bear letters, in small letters."""
+_WORD = r"[^\W\d_a-z]+(?![a-z])|[^\W\d_]?[a-z]+"
+"""A word of a label: letters up to a digit, an underscore, a blank or the next capital; or capitals alone."""
+
 
 def look_of(label: str) -> LabelLook:
     """The look of an element with this label: that of the first known word in it, or a colour derived from it.
@@ -88,10 +97,11 @@ def is_door(label: str) -> bool:
 def is_sign(label: str) -> bool:
     """Whether an element with this label bears letters, which are neither cut nor repeated.
 
-    >>> is_sign("signboard"), is_sign("Shop sign"), is_sign("design")
-    (True, True, False)
+    >>> is_sign("ShopSign2"), is_sign("street_sign"), is_sign("signal"), is_sign("design")
+    (True, True, False, False)
     """
-    return re.search(r"\b(sign|advert|banner|logo|lettering|inscription)", label.lower()) is not None
+    words = {word.lower() for word in re.findall(_WORD, label)}
+    return not words.isdisjoint(_SIGNS)
 
 
 def is_opening(label: str) -> bool:

@@ -253,3 +253,14 @@ def test_a_stage_has_kinds_names_materials_and_instances(tmp_path):
     texture = shade.Shader(stage.GetPrimAtPath(f"{material.GetPath()}/Texture")).GetInput("file").Get()
     assert Path(texture.resolvedPath).read_bytes() == (tmp_path / "assets" / "brick.png").read_bytes()
     assert path.read_bytes() == save(houses, path, options=SaveOptions(assets=tmp_path / "assets")).read_bytes()
+
+
+def test_names_that_are_one_to_usd_keep_their_values(tmp_path):
+    usd = pytest.importorskip("pxr.Usd")
+    rules = 'attr größe = 2 attr grüße = 3 Lot --> report("a.b", 5) report("a_b", 6) report("a_b_2", 7) extrude(3) Box'
+    stage = usd.Stage.Open(str(save(scene(rules), tmp_path / "names.usd")))
+    model = stage.GetPrimAtPath("/World/model_0")
+    values = {
+        model.GetAttribute(f"userProperties:{name}").GetDisplayName(): it for name, it in properties(model).items()
+    }
+    assert values == {"größe": 2.0, "grüße": 3.0, "a.b": 5.0, "a_b": 6.0, "a_b_2": 7.0}

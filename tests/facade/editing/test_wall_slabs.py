@@ -172,14 +172,25 @@ def test_columns_with_a_fault_are_left_as_they_are_even_where_whole_shop_windows
     assert not best.faults
 
 
-@pytest.mark.parametrize("factor", [0.7, 1.3, 2.0])
-def test_signs_are_neither_cut_nor_repeated_where_other_columns_are(factor: float) -> None:
+@pytest.mark.parametrize(
+    ("name", "low", "length", "factor", "cut", "fixed"),
+    [
+        ("signboard", 4.6, 4.0, 0.7, 8.7, [0, 2, 3, 7]),  # over two columns
+        ("ShopSign", 3.2, 1.5, 2.0, 4.775, [0, 1, 7]),  # most of it in one; the cut is beside it
+        ("shop_logo2", 3.2, 4.0, 2.0, 4.5, [0, 1, 2, 7]),  # across every place for a cut
+    ],
+)
+def test_signs_are_neither_cut_nor_repeated_where_other_columns_are(
+    name: str, low: float, length: float, factor: float, cut: float, fixed: list[int]
+) -> None:
     gap, window = leaf("wall", 1.0, 2.0), leaf("window", 1.0, 2.0)
     row = across(*[part for _ in range(8) for part in (gap, window)], gap)
-    fascia = across(leaf("wall", 4.6, 1.0), leaf("signboard", 4.0, 1.0), leaf("wall", 8.4, 1.0))
+    fascia = across(leaf("wall", low, 1.0), leaf(name, length, 1.0), leaf("wall", 17.0 - low - length, 1.0))
     house = built(stacked(row, fascia, row))
+    slabs = find_slabs(house, X, find_elements(house, X))
+    assert cut in [pytest.approx(slab.begin) for slab in slabs]
+    assert [index for index, slab in enumerate(slabs) if slab.is_fixed] == fixed
     changed = edit(house, width=factor * house.width, most=1)[0].facade
-    signs = [node for node in changed.leaves.tolist() if changed.name_of(node) == "signboard"]
-    assert len(signs) == 1
-    assert changed.size[signs[0], X] == pytest.approx(4.0, rel=0.25)
+    signs = [node for node in changed.leaves.tolist() if changed.name_of(node) == name]
+    assert changed.size[signs, X] == pytest.approx([length], rel=0.25)
     assert counts(changed)["window"] != 16
