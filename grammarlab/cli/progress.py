@@ -53,14 +53,16 @@ class Pace:
     def __init__(self, seconds: float, show: Callable[[str, int, int, float, float | None], None]) -> None:
         self._seconds, self._show = seconds, show
         self._first: dict[str, tuple[float, int]] = {}
+        self._done: dict[str, int] = {}
         self._last: dict[str, float] = {}
 
     def __call__(self, task: str, done: int, total: int) -> None:
         now = time.monotonic()
-        start, before = self._first.setdefault(task, (now, done))
-        if done < before:  # a task of the same name
-            start, before = self._first[task] = now, done
+        if done < self._done.get(task, 0):  # another task of this name
+            del self._first[task]
             self._last.pop(task, None)
+        self._done[task] = done
+        start, before = self._first.setdefault(task, (now, done))
         if done < total and now - self._last.get(task, start - self._seconds) < self._seconds:
             return
         self._last[task] = now
@@ -100,6 +102,8 @@ def _bars() -> Iterator[Show]:
         def show(task: str, done: int, total: int) -> None:
             if task not in tasks:
                 tasks[task] = bars.add_task(escape(printable(task)), total=total)
+            elif done < bars.tasks[tasks[task]].completed:  # another task of this name: a finished bar stays finished
+                bars.reset(tasks[task])
             bars.update(tasks[task], completed=done, total=total, visible=done < total)
 
         yield show

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import rich.progress
 
 from grammarlab.cli import progress
 from tests.cases import some
@@ -41,7 +42,7 @@ def test_programs_read_progress_as_lines_of_stderr_and_one_object_on_stdout(run:
     json.loads(result.stdout)
     events = [json.loads(line) for line in result.stderr.splitlines() if line.startswith("{")]
     assert {event["event"] for event in events} == {"progress"}
-    parts = {"labelled models of boxes", "models of boxes, seed 0"}
+    parts = {"labelled models of boxes, kde, seed 0", "models of boxes, kde, seed 0"}
     assert command != "evaluate" or parts < {event["task"] for event in events}
     for event in events:
         assert event["done"] <= event["total"]
@@ -71,3 +72,31 @@ def test_progress_is_shown_at_times_and_at_the_end_with_its_rate(monkeypatch: py
     ]
     pace("models", 30, 100)
     assert shown[-1] == ("models", 30, 100, 0.0, None)  # another task of this name
+
+
+def test_a_second_task_of_a_name_has_rates_of_its_own(monkeypatch: pytest.MonkeyPatch):
+    now, shown = 0.0, list[tuple[Any, ...]]()
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now)
+    pace = progress.Pace(1.0, lambda *values: shown.append(values))
+    for start in (0.0, 1000.0):
+        now = start
+        for done in (10, 50, 100):
+            pace("models", done, 100)
+            now += 2.0
+    assert shown[3:] == shown[:3]
+    assert shown[1] == ("models", 50, 100, 20.0, 2.5)
+
+
+def test_a_bar_of_a_second_task_of_a_name_is_not_finished_from_the_beginning(monkeypatch: pytest.MonkeyPatch):
+    made: list[rich.progress.Progress] = []
+
+    def start(bars: rich.progress.Progress) -> None:
+        made.append(bars)
+
+    monkeypatch.setattr(progress.sys.stderr, "isatty", lambda: True)
+    monkeypatch.setattr(rich.progress.Progress, "start", start)
+    with progress.progress() as show:
+        for done in (1, 10, 1, 2):
+            show("models", done, 10)
+        (bar,) = made[0].tasks
+        assert (bar.completed, bar.finished, bar.visible) == (2, False, True)

@@ -22,7 +22,7 @@ from grammarlab.runs.evaluate.curve_store import CurveRecord, curves_in, digest
 from grammarlab.runs.sample.sources import load_source
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor
 from grammarlab.runs.work.results import Progress, computed
-from grammarlab.runs.work.workers import report
+from grammarlab.runs.work.workers import report, reporting_for
 
 CURVES = "curves"
 """Name of the curves in the progress of a run."""
@@ -94,15 +94,22 @@ def run_protocol(
         task: the task.
         on_round: called with the material and the state after every round.
     """
-    material = _load_material(task.scenario, task.source_key, task.settings, task.seed)
-    material = material if task.method.factored else material.as_one_factor()
-    material = material.answered_by(task.person, task.seed)
-    whose = f"models of {load_source(task.scenario).scenario.name}, seed {task.seed}"
-    material.study.tables(report=lambda _part, done, total: report(whose, done, total))
+    with reporting_for(_whose(task)):
+        material = _load_material(task.scenario, task.source_key, task.settings, task.seed)
+        material = material if task.method.factored else material.as_one_factor()
+        material = material.answered_by(task.person, task.seed)
+        part = f"models of {load_source(task.scenario).scenario.name}"
+        material.study.tables(report=lambda _part, done, total: report(part, done, total))
     state, curve = protocol.run(
         material, task.method.batch, task.seed, task.max_labels, lambda state: on_round(material, state)
     )
     return material, state, curve
+
+
+def _whose(task: CurveTask) -> str:
+    """Whose models a task makes: several curves of a scenario may be made at once."""
+    person = "" if task.person == EXACT else f", person {task.person.name}"
+    return f"{task.method.name}{person}, seed {task.seed}"
 
 
 def run_tasks(

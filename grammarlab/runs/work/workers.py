@@ -117,6 +117,17 @@ def reporting(to: Report) -> Iterator[None]:
         _reported.reset(token)
 
 
+@contextmanager
+def reporting_for(whose: str) -> Iterator[None]:
+    """Add to the names of all parts that tasks report during a block whose they are."""
+    outer = _reported.get(None)
+    if outer is None:
+        yield
+    else:
+        with reporting(lambda part, done, total: outer(f"{part}, {whose}", done, total)):
+            yield
+
+
 def report(part: str, done: int, total: int) -> None:
     """Report how far a long part of a task is; nothing happens if nobody asks."""
     if to := _reported.get(None):
