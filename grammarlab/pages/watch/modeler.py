@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from PIL import Image
@@ -17,8 +17,8 @@ from grammarlab.errors import DerivationError, Finding, GrammarlabError, Languag
 from grammarlab.export.glb import merged_glb
 from grammarlab.features.acceptance import Acceptance, derive_accepted
 from grammarlab.language.attribute_values import read_attributes
-from grammarlab.language.checking.check import check_files
-from grammarlab.language.grammar import Grammar
+from grammarlab.language.checking.check import CheckedFile, check_files
+from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.language.presets import RuleChoices
 from grammarlab.learning.designs.grammar_space import GrammarParts
 from grammarlab.option_names import with_options
@@ -61,8 +61,10 @@ class _Bench:
     assets: Path | None
     choices: RuleChoices
     part_finder: PartFinder | None = None
-    checked: tuple[str, tuple[Finding, ...]] = "", ()
-    """The text that was checked last, and what was found in it."""
+    merged: str = ""
+    """The text of all files that was checked last, merged."""
+    checked: tuple[CheckedFile, ...] = ()
+    """The files of this text, and what was found in them."""
 
     def do(self, request: MakeModel | DrawPicture | FindPart, _report: Report) -> MadeModel | FoundPart | bytes:
         if isinstance(request, FindPart):
@@ -86,8 +88,8 @@ class _Bench:
             numbering = number_grammar(rules)
             self.part_finder = PartFinder("", GrammarParts(forest, numbering))
             tree = tuple(part_tree(forest, numbering, self.file))
-            findings = (*self._remarks(), *warnings_of(forest.missing_assets, folder))
-            warnings = tuple(_mistake_of(each, lines) for each in findings)
+            missing = warnings_of(forest.missing_assets, folder)
+            warnings = (*self._remarks(), *(_mistake_of(each, lines) for each in missing))
             return MadeModel(glb, len(forest.leaves), controls, warnings, tree)
         except LanguageError as error:
             mistakes = tuple(_mistake_of(each, error.text.splitlines() or lines) for each in error.findings)
@@ -97,14 +99,19 @@ class _Bench:
         except GrammarlabError as error:
             return MadeModel(controls=controls, mistakes=(Mistake("error", str(error)),))
 
-    def _remarks(self) -> tuple[Finding, ...]:
-        """What a check finds in the file itself, as names that are neither rules nor operations."""
+    def _remarks(self) -> tuple[Mistake, ...]:
+        """What a check finds in the files themselves, as names that are neither rules nor operations."""
         source = find_rules(self.file, self.assets, self.choices)
-        text = source.text()
-        if text != self.checked[0]:
-            checked = check_files(source.path, str(source.path), SUPPORTED, library=self.choices.library)
-            self.checked = text, tuple(checked[0].findings)
-        return self.checked[1]
+        merged = source.text()
+        # A comment moves lines, but changes nothing in the merged text.
+        if merged != self.merged or not all(map(_is_as_checked, self.checked)):
+            self.checked = check_files(source.path, str(source.path), SUPPORTED, library=self.choices.library)
+            self.merged = merged
+        return tuple(
+            _in_file(_mistake_of(finding, each.text.splitlines()), Path(each.file), source.path)
+            for each in self.checked
+            for finding in each.findings
+        )
 
     def _rules(self) -> Grammar:
         source = find_rules(self.file, self.assets, self.choices)
@@ -134,6 +141,21 @@ def _glb_of(batch: TriangleBatch, assets: AssetRoot) -> bytes:
     if len(glb) > MAX_GLB_BYTES:
         raise GrammarlabError(f"the model is too large to be shown: {len(glb) >> 20} MiB.")
     return glb
+
+
+def _is_as_checked(checked: CheckedFile) -> bool:
+    try:
+        return read_text(Path(checked.file)).removeprefix("\ufeff") == checked.text
+    except LanguageError:  # removed
+        return False
+
+
+def _in_file(mistake: Mistake, file: Path, shown: Path) -> Mistake:
+    """A mistake that names its file, if this is not the shown one."""
+    if file == shown:
+        return mistake
+    name = file.relative_to(shown.parent) if file.is_relative_to(shown.parent) else file
+    return replace(mistake, message=f"{name.as_posix()}: {mistake.message}")
 
 
 def _mistake_of(finding: Finding, lines: list[str]) -> Mistake:

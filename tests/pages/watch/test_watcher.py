@@ -158,3 +158,23 @@ def test_a_misspelt_operation_is_told_at_its_line_beside_the_model(tmp_path: Pat
     made = make(MakeModel(Wanted()), lambda *_: None)
     assert isinstance(made, MadeModel)
     assert made.mistakes == ()
+
+
+def test_mistakes_of_imported_files_are_told_with_their_names_after_every_save(tmp_path: Path):
+    rules, parts = tmp_path / "lot.cga", tmp_path / "parts" / "walls.cga"
+    parts.parent.mkdir()
+    rules.write_text('import walls : "parts/walls.cga"\nLot --> extrude(3) walls.Brick')
+    make = modeler(str(rules), "")
+    wrong = "Brick --> extrudd(3) Stone."
+    for text, lines in ((wrong, [1]), ("// moved\n" + wrong, [2]), ("Brick --> Stone.", [])):
+        parts.write_text(text)
+        made = make(MakeModel(Wanted()), report)
+        assert isinstance(made, MadeModel)
+        mistakes = [(each.severity, each.line, each.code) for each in made.mistakes]
+        assert mistakes == [("warning", line, wrong) for line in lines]
+        assert all(each.message.startswith("parts/walls.cga: unknown rule or") for each in made.mistakes)
+    rules.write_text("Lot --> extrude(3) Stone.")
+    parts.unlink()
+    made = make(MakeModel(Wanted()), report)
+    assert isinstance(made, MadeModel)
+    assert (made.shapes, made.mistakes) == (1, ())
