@@ -251,16 +251,20 @@ def joined_rings(edges: LotEdges, widths: Floats) -> tuple[Ints, Floats, Ints]:
     """
     num_holes = np.diff(edges.outline_offsets) - 1
     starts = edges.ring_offsets[edges.outline_offsets]
-    offsets = offsets_from_counts(np.diff(starts) + 2 * num_holes)
+    cycles = {row: _cycle(edges, row) for row in np.flatnonzero(num_holes > 0).tolist()}
+    lengths = np.diff(starts)
+    lengths[list(cycles)] = [len(cycle) for cycle in cycles.values()]
+    offsets = offsets_from_counts(lengths)
     corners = np.zeros(offsets[-1], np.int64)
     simple = np.flatnonzero(num_holes == 0)
     counts = np.diff(starts)[simple]
     place = np.repeat(offsets[simple], counts) + index_in_row(counts)
     corners[place] = np.repeat(starts[simple], counts) + index_in_row(counts)
-    for row in np.flatnonzero(num_holes > 0).tolist():
-        corners[offsets[row] : offsets[row + 1]] = _cycle(edges, row)
+    for row, cycle in cycles.items():
+        corners[offsets[row] : offsets[row + 1]] = cycle
     following = _following(corners, offsets)
-    is_edge = edges.next_corner[corners] == corners[following]
+    # By position, since rings may touch at a corner.
+    is_edge = (edges.points[edges.next_corner[corners]] == edges.points[corners[following]]).all(axis=1)
     return corners, np.where(is_edge, widths[corners], 0.0), offsets
 
 
@@ -268,10 +272,7 @@ def _cycle(edges: LotEdges, row: int) -> Ints:
     """Corners around one polygon with holes."""
     rings = range(edges.outline_offsets[row], edges.outline_offsets[row + 1])
     bounds = [(edges.ring_offsets[ring], edges.ring_offsets[ring + 1]) for ring in rings]
-    walk = bounds[0][0] + keyhole([edges.points[start:end] for start, end in bounds])
-    first = bounds[0][0]
-    begin = np.flatnonzero((walk == first) & (np.roll(walk, -1) == edges.next_corner[first]))[0]
-    return np.roll(walk, -begin)
+    return bounds[0][0] + keyhole([edges.points[start:end] for start, end in bounds])
 
 
 def _following(corners: Ints, offsets: Ints) -> Ints:

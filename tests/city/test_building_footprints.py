@@ -174,6 +174,16 @@ def test_doubled_edges_join_courts_to_the_outline():
     assert (edge_sides(south, offsets, widths) == FRONT).tolist() == (widths > 0).tolist()
 
 
+def test_a_court_that_touches_the_outline_keeps_the_widths_of_its_edges():
+    lot = shapely.from_wkt("POLYGON ((0 0, 10 0, 10 10, 0 10, 0 0), (10 0, 5 3, 8 4, 10 0))")
+    edges = LotEdges.of(np.array([lot], dtype=object))
+    cycle, widths, offsets = joined_rings(edges, np.arange(1.0, 8.0))
+    ends = edges.points[np.roll(cycle, -1)]
+    assert offsets.tolist() == [0, 7]
+    assert widths.tolist() == (cycle + 1.0).tolist()
+    assert ends.tolist() == edges.points[edges.next_corner[cycle]].tolist()
+
+
 def test_start_rules_are_those_of_corner_inner_and_other_lots():
     lots = np.array([shapely.Polygon(SQUARE)] * 5, dtype=object)
     edges = LotEdges.of(lots)

@@ -273,9 +273,7 @@ def _corners_of(polygon: shapely.Polygon) -> NDArray[np.float64]:
     """
     rings = [_ring(polygon.exterior, counter_clockwise=True)]
     rings += [_ring(hole, counter_clockwise=False) for hole in polygon.interiors]
-    walk = keyhole(rings)
-    first_edge = np.flatnonzero((walk == 0) & (np.roll(walk, -1) == 1))[0]
-    points = np.concatenate(rings)[np.roll(walk, -first_edge)]
+    points = np.concatenate(rings)[keyhole(rings)]
     return np.column_stack([points[:, 0], np.zeros(len(points)), -points[:, 1]]) + 0.0
 
 

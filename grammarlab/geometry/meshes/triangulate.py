@@ -43,35 +43,37 @@ def triangulate(meshes: Meshes) -> tuple[Indices, Indices]:
 def keyhole(rings: Sequence[Floats]) -> Indices:
     """One cycle around an outline and all its holes.
 
-    Holes are joined in descending order of their largest x; each is joined to the nearest visible corner from its first
-    corner, or from that of largest x if the first sees none.
+    Holes are joined in descending order of their largest x. One that touches a corner that is already in the cycle is
+    joined there; any other one from its first corner to the nearest visible corner, or from that of largest x if the
+    first sees none.
 
     Args:
         rings: [n, 2] corners of the outline, counter-clockwise, then of each hole, clockwise.
 
     Returns:
-        Indices into the corners of all rings, one after the other; both ends of every bridge appear twice.
+        Indices into the corners of all rings, one after the other; both ends of every bridge appear twice. The
+        first corner and edge are those of the outline.
     """
     points = np.concatenate(rings)
     starts = np.cumsum([0, *map(len, rings)])
     edges = np.concatenate(
         [np.column_stack((ring, np.roll(ring, -1))) for ring in (np.arange(a, b) for a, b in _spans(starts))]
     )
+    place = _places(points)
     walk = np.arange(starts[1])
     for hole in sorted(range(1, len(rings)), key=lambda k: -float(rings[k][:, 0].max())):
-        farthest = int(np.argmax(rings[hole][:, 0]))
-        # Only the corner of largest x surely sees a corner of the walk: others may see just holes that are not in it.
-        for first in (0, farthest):
-            tip = int(starts[hole]) + first
-            index = _visible(points, walk, edges, tip)
-            if index is not None:
-                break
-        else:
-            first, index = farthest, _nearest(points, walk, tip)[0]
-        ring = np.roll(np.arange(starts[hole], starts[hole + 1]), -first)
+        ring = np.arange(starts[hole], starts[hole + 1])
+        touched = _touched(points, place, walk, ring)
+        if touched is not None:
+            index, first = touched
+            # Before the corner, so that every corner keeps the edge that leaves it.
+            walk = np.insert(walk, index or len(walk), np.roll(ring, -first))
+            continue
+        index, first = _bridge(points, walk, edges, ring)
+        tip = int(ring[first])
         # The cycle begins with the first edge of the outline, which is never a bridge.
         head, tail = (walk[: index + 1], walk[index:]) if index else (np.append(walk, walk[0]), walk[:0])
-        walk = np.concatenate((head, ring, [tip], tail))
+        walk = np.concatenate((head, np.roll(ring, -first), [tip], tail))
         edges = np.vstack((edges, [[walk[index], tip]]))
     return walk
 
@@ -219,45 +221,88 @@ def _spans(offsets: NDArray[np.integer]) -> list[tuple[int, int]]:
     return list(pairwise(offsets.tolist()))
 
 
+def _places(points: Floats) -> Indices:
+    """[N] a number for each point, equal for equal points."""
+    places: dict[tuple[float, ...], int] = {}
+    return np.array([places.setdefault(tuple(point), len(places)) for point in points.tolist()], np.int64)
+
+
+def _touched(points: Floats, place: Indices, walk: Indices, ring: Indices) -> tuple[int, int] | None:
+    """Index in the walk, and in the ring of a hole, of a corner at which both touch."""
+    shared = np.isin(place[ring], place[walk])
+    if not shared.any():
+        return None
+    first = int(np.argmax(shared))
+    visits = np.flatnonzero(place[walk] == place[ring[first]])
+    # Where several rings touch, the hole lies within the angle of one visit.
+    within = _in_corner(points, walk, visits, int(ring[(first + 1) % len(ring)]))
+    return int(visits[np.argmax(within)]), first
+
+
+def _bridge(points: Floats, walk: Indices, edges: Indices, ring: Indices) -> tuple[int, int]:
+    """Index in the walk, and in the ring of a hole, of the corners between which to join them."""
+    farthest = int(np.argmax(points[ring, 0]))
+    # Only the corner of largest x surely sees a corner of the walk: others may see just holes that are not in it. Even
+    # that one sees none if it lies on an edge.
+    for first in dict.fromkeys((0, farthest, *range(len(ring)))):
+        index = _visible(points, walk, edges, int(ring[first]))
+        if index is not None:
+            return index, first
+    return int(_nearest(points, walk, int(ring[farthest]))[0]), farthest
+
+
 def _visible(points: Floats, walk: Indices, edges: Indices, tip: int) -> int | None:
-    """Index in the walk of the nearest corner to which a bridge from the tip crosses no edge."""
-    for index in _nearest(points, walk, tip):
-        if _in_corner(points, walk, index, tip) and not _is_blocked(points, edges, int(walk[index]), tip):
-            return index
+    """Index in the walk of the nearest corner to which a bridge from the tip meets no edge."""
+    nearest = _nearest(points, walk, tip)
+    nearest = nearest[_in_corner(points, walk, nearest, tip)]
+    begin, end, here = points[edges[:, 0]], points[edges[:, 1]], points[tip]
+    while len(nearest):
+        blocking = np.flatnonzero(_blocks(begin, end, points[walk[nearest[0]]], here))
+        if not len(blocking):
+            return int(nearest[0])
+        # All corners behind the edge that hides most are out of sight, too; so only few are looked at.
+        to_begin, to_end = begin[blocking] - here, end[blocking] - here
+        angle = np.arctan2(np.abs(_cross(to_begin, to_end)), (to_begin * to_end).sum(axis=1))
+        widest = blocking[np.argmax(angle)]
+        nearest = nearest[~_blocks(begin[widest], end[widest], points[walk[nearest]], here)]
     return None
 
 
-def _nearest(points: Floats, walk: Indices, tip: int) -> list[int]:
+def _nearest(points: Floats, walk: Indices, tip: int) -> Indices:
     """Indices in the walk, the corners nearest to the tip first."""
     distance = np.hypot(*(points[walk] - points[tip]).T)
-    return np.argsort(distance, kind="stable").tolist()
+    return np.argsort(distance, kind="stable")
 
 
-def _in_corner(points: Floats, walk: Indices, index: int, tip: int) -> bool:
-    """Whether the tip lies within the interior angle of the walk at this index."""
+def _in_corner(points: Floats, walk: Indices, index: Indices, tip: int) -> Flags:
+    """Whether the tip lies within the interior angles of the walk at these indices."""
     before, here, after = (points[walk[(index + k) % len(walk)]] for k in (-1, 0, 1))
     left_of_out = _turn(here, after, points[tip]) > 0.0
     left_of_in = _turn(before, here, points[tip]) > 0.0
-    if _turn(before, here, after) > 0.0:
-        return bool(left_of_out and left_of_in)
-    return bool(left_of_out or left_of_in)
+    is_convex = _turn(before, here, after) > 0.0
+    return np.where(is_convex, left_of_out & left_of_in, left_of_out | left_of_in)
 
 
 def _turn(a: Floats, b: Floats, c: Floats) -> Floats:
     """Twice the signed area of triangles: positive if c lies to the left of the line from a to b."""
-    return (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+    return _cross(b - a, c - a)
 
 
-def _is_blocked(points: Floats, edges: Indices, corner: int, tip: int) -> bool:
-    """Whether an edge that does not end at the corner or at the tip meets the bridge between them."""
-    p, q = points[corner], points[tip]
-    a, b = points[edges[:, 0]], points[edges[:, 1]]
-    ends_here = np.zeros(len(edges), bool)
-    for end in (p, q):
-        ends_here |= (a == end).all(axis=1) | (b == end).all(axis=1)
-    sides = _turn(p, q, a) * _turn(p, q, b) <= 0.0
-    ends = _turn(a, b, p) * _turn(a, b, q) <= 0.0
+def _cross(u: Floats, v: Floats) -> Floats:
+    return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
+
+
+def _blocks(a: Floats, b: Floats, p: Floats, q: Floats) -> Flags:
+    """Whether edges from a to b meet bridges from p to q elsewhere than at a common end, or lie on them."""
+    side_a, side_b = _turn(p, q, a), _turn(p, q, b)
+    meets = (side_a * side_b <= 0.0) & (_turn(a, b, p) * _turn(a, b, q) <= 0.0)
     # Collinear edges always pass both tests; only those that overlap the bridge block it.
-    low, high = np.minimum(p, q), np.maximum(p, q)
-    overlaps = ((np.minimum(a, b) <= high) & (np.maximum(a, b) >= low)).all(axis=1)
-    return bool((sides & ends & overlaps & ~ends_here).any())
+    low, high = np.maximum(np.minimum(a, b), np.minimum(p, q)), np.minimum(np.maximum(a, b), np.maximum(p, q))
+    meets &= (low[..., 0] <= high[..., 0]) & (low[..., 1] <= high[..., 1])
+    lies_along = (side_a == 0.0) & (side_b == 0.0) & ((low[..., 0] < high[..., 0]) | (low[..., 1] < high[..., 1]))
+    is_common = _equal(a, p) | _equal(a, q) | _equal(b, p) | _equal(b, q)
+    return meets & (~is_common | lies_along)
+
+
+def _equal(a: Floats, b: Floats) -> Flags:
+    return (a[..., 0] == b[..., 0]) & (a[..., 1] == b[..., 1])
