@@ -21,7 +21,7 @@ from grammarlab.files import read_bounded, write_text
 from grammarlab.geometry.footprints.crs import label
 from grammarlab.geometry.footprints.footprint import Georeference, Remark, RemarkKind
 from grammarlab.rendering.choice import RendererChoice
-from grammarlab.runs.sample.records import ModelRecord
+from grammarlab.runs.sample.records import ModelRecord, has_own_origins
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import examples_folder
 from grammarlab.runs.work.json_members import member, numbers, of_kind, texts
@@ -38,6 +38,15 @@ _EMBREE = "embreex"
 """Library of ray tracing, not on every machine; without it, rays are traced by grammarlab itself."""
 _GL_LIBRARIES = ("pyrender-maintained", "PyOpenGL")
 _SHIPPED, _SHIPPED_SPECIES = "shipped", "shipped species"
+_PLACES: Mapping[str, str] = {
+    "glb": "a node 'origin'",
+    "usd": "its prim 'World'",
+    "obj": "a comment",
+    "ply": "a comment",
+    "stl": "its first 80 bytes",
+    "3mf": "its description",
+}
+"""Where files name their own origin, by format."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +74,24 @@ def place_in_words(request: SampleRequest) -> str:
     system = label(values["crs"] or "unknown CRS")
     if "longitude" in values:
         where = f"longitude {values['longitude']:.7f}, latitude {values['latitude']:.7f}"
-        return f"origin: {where} ({system}); x is east of it and z south, in metres"
-    if request.origin is None:
-        return f"coordinates: x is the easting and -z the northing ({system})"
-    if request.file_format in HAVE_NODES and not request.single_file and request.pivot != "local":
-        node = "a node 'origin'" if request.file_format == "glb" else "its prim 'World'"
-        return f"coordinates: x is the easting and -z the northing ({system}); each file has its place in {node}"
+        return f"origin: {where} ({system}); x is east of it and z south, in metres{_counting(request)}"
+    if request.origin is None or has_own_origins(request):
+        return f"coordinates: x is the easting and -z the northing ({system}){_counting(request)}"
     where = f"easting {values['easting']:.10g}, northing {values['northing']:.10g}"
-    return f"origin: {where} ({system}); all files count from it"
+    return f"origin: {where} ({system}){_counting(request)}"
+
+
+def _counting(request: SampleRequest) -> str:
+    """What the coordinates in files count from, to be added to a sentence; empty if it is the origin of the world."""
+    if request.single_file and not request.is_in_place:
+        return "; the file has its models on a grid instead"
+    if request.origin is None and (request.single_file or request.pivot in ("world", "local")):
+        return ""
+    if not has_own_origins(request):
+        return "; all files count from it"
+    if request.file_format in HAVE_NODES:
+        return f"; each file has its place in {_PLACES[request.file_format]}"
+    return f"; each file counts from an origin of its own, which is in {_PLACES[request.file_format]}"
 
 
 def place_of(request: SampleRequest) -> dict[str, Any]:

@@ -313,6 +313,13 @@ def _forget_record(folder: Path, batch: Batch) -> None:
     (_batch_folder(folder, batch) / RECORD).unlink(missing_ok=True)
 
 
+def has_own_origins(request: SampleRequest) -> bool:
+    """Whether the coordinates of each model count from its own origin instead of `SampleRequest.origin`."""
+    if request.single_file:
+        return not request.is_in_place
+    return counts_from_model(_save_options(request), request.file_format)
+
+
 def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArray[np.float64]:
     """Origins [N, 3] in the world of the coordinates of models in their files.
 
@@ -320,10 +327,11 @@ def _file_origins(request: SampleRequest, origins: NDArray[np.float64]) -> NDArr
         request: the request.
         origins: [N, 3] origins of the models themselves.
     """
-    own = not request.is_in_place
-    if not request.single_file:
-        own = counts_from_model(_save_options(request), request.file_format)
-    return origins if request.origin is None or own else np.broadcast_to(request.origin, origins.shape)
+    return (
+        origins
+        if request.origin is None or has_own_origins(request)
+        else np.broadcast_to(request.origin, origins.shape)
+    )
 
 
 def _missing_images(scene: Scene, assets: AssetRoot) -> set[str]:

@@ -161,13 +161,27 @@ def test_a_damaged_place_is_an_error(tmp_path, members):
 @pytest.mark.parametrize(
     ("pivot", "file_format", "words"),
     [
-        ("world", "usd", "its prim 'World'"),
-        ("world", "glb", "a node 'origin'"),
+        ("world", "usd", "each file has its place in its prim 'World'"),
+        ("world", "glb", "each file has its place in a node 'origin'"),
+        ("world", "obj", "all files count from it"),
         ("local", "usd", "all files count from it"),
+        ("footprint", "obj", "each file counts from an origin of its own, which is in a comment"),
+        ("centre", "stl", "each file counts from an origin of its own, which is in its first 80 bytes"),
     ],
 )
 def test_a_run_says_whether_its_files_have_places_of_their_own(tmp_path, pivot, file_format, words):
     request = request_of(tmp_path, *lots(*FAR), crs="EPSG:2056", pivot=pivot, file_format=file_format)
-    assert words in place_in_words(request)
+    assert place_in_words(request).endswith(f"; {words}")
     origins = [model.origin for model in sample_run(request, tmp_path / "out").models]
-    assert (len(set(origins)) == 1, request.origin in origins) == (pivot == "local", pivot == "local")
+    is_shared = "all files" in words
+    assert (len(set(origins)) == 1, request.origin in origins) == (is_shared, is_shared)
+
+
+def test_files_near_the_origin_are_said_to_count_from_it_only_if_they_do(tmp_path):
+    near = {"crs": "EPSG:2056", "file_format": "ply"}
+    assert place_in_words(request_of(tmp_path, *lots(0, 0), **near)).endswith("northing (EPSG:2056)")
+    in_degrees = request_of(tmp_path, *lots(7.1, 50.9, 1e-5), crs="degrees", pivot="centre", file_format="ply")
+    for request in (request_of(tmp_path, *lots(0, 0), pivot="footprint", **near), in_degrees):
+        assert place_in_words(request).endswith("; each file counts from an origin of its own, which is in a comment")
+    grid = request_of(tmp_path, *lots(*FAR), num_models=2, single_file=True, **near)
+    assert place_in_words(grid).endswith("; the file has its models on a grid instead")
