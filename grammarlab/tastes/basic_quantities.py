@@ -126,8 +126,16 @@ class Elements:
         """Comparable choices of parts side by side, and with another part between if there are such."""
         return tuple(pairs_beside(self.lines))
 
-    def orders_of(self, choice: Choice) -> Iterator[tuple[int, ...]]:
-        """Numbers of the alternatives of a choice in each of the orders that a person sees."""
+    def orders_of(self, sequence: Sequence[Choice]) -> Sequence[tuple[int, ...]]:
+        """Numbers of the alternatives of comparable choices in each of the orders that a person sees.
+
+        Each order has all numbers: some choices of a sequence may have more alternatives than others.
+        """
+        every = range(1, 1 + max(choice.num_alternatives for choice in sequence))
+        orders = (order for choice in sequence for order in self._orders_of(choice))
+        return tuple(dict.fromkeys(order for order in orders if sorted(order) == list(every)))
+
+    def _orders_of(self, choice: Choice) -> Iterator[tuple[int, ...]]:
         rules = self.nodes.labels.rules
         numbers = {
             (rules[label].symbol, rules[label].branch): number
@@ -136,9 +144,7 @@ class Elements:
         }
         for symbol in dict.fromkeys(symbol for symbol, _ in numbers):
             for order in self.orders.get(symbol, ()):
-                listed = tuple(numbers[symbol, branch] for branch in order if (symbol, branch) in numbers)
-                if len(listed) == choice.num_alternatives:
-                    yield listed
+                yield tuple(numbers[symbol, branch] for branch in order if (symbol, branch) in numbers)
 
     @cached_property
     def numbers(self) -> Quantities:

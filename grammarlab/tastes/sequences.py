@@ -49,9 +49,10 @@ def relations(elements: Elements) -> Iterator[Block]:
 def gradations(elements: Elements) -> Iterator[Block]:
     """Comparable choices never fall, or never rise, in the order of the text or in one that a person sees."""
     for sequence in sequences_of(elements):
+        members = [elements.choices[index] for index in sequence]
         listed = [elements.numbers.take(np.array(sequence))] + [
-            as_quantities([replace(elements.choices[index], order=order) for index in sequence], elements.num)
-            for order in elements.orders_of(elements.choices[sequence[0]])
+            as_quantities([replace(choice, order=order) for choice in members], elements.num)
+            for order in elements.orders_of(members)
         ]
         forward = np.arange(len(sequence))[None]
         for number, ranks in enumerate(listed):

@@ -14,15 +14,18 @@ Alternatives are in an order if each begins with a colour, or has a number at th
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from operator import add, mul, sub, truediv
 from typing import TypeAlias
 
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Branch
 from grammarlab.language.syntax import syntax_tree as cga
+from grammarlab.language.syntax.outline import MAX_DEPTH
 
 Orders: TypeAlias = Mapping[str, tuple[tuple[Branch, ...], ...]]
 """By symbol: orders of the branches of its rule, each from the smallest number to the largest."""
+_CALCULATE: Mapping[str, Callable[[float, float], float]] = {"+": add, "-": sub, "*": mul, "/": truediv}
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 
 
@@ -35,14 +38,13 @@ def visible_orders(grammar: Grammar) -> Orders:
     typical, orders = _Typical(grammar), dict[str, tuple[tuple[Branch, ...], ...]]()
     for (symbol, _), rule in grammar.rules.items():
         branches = list(_branches((), rule.body))
-        seen = [dict(_numbers(body, typical)) for _, body in branches]
-        found: dict[tuple[int, ...], None] = {}
-        for place in seen[0]:
-            values = [numbers.get(place) for numbers in seen]
-            known = [value for value in values if value is not None]
-            if len(known) == len(set(known)) == len(branches) > 2:
-                found[tuple(sorted(range(len(known)), key=known.__getitem__))] = None
-        listed = [order for order in found if list(order) not in (sorted(order), sorted(order, reverse=True))]
+        tables = [dict(_numbers(body, typical)) for _, body in branches]
+        ascending: dict[tuple[int, ...], None] = {}
+        for place in tables[0]:
+            values = [numbers[place] for numbers in tables if place in numbers]
+            if len(values) == len(set(values)) == len(branches) > 2:
+                ascending[tuple(sorted(range(len(values)), key=values.__getitem__))] = None
+        listed = [order for order in ascending if list(order) not in (sorted(order), sorted(order, reverse=True))]
         if listed:
             orders[symbol] = tuple(tuple(branches[index][0] for index in order) for order in listed)
     return orders
@@ -78,10 +80,12 @@ class _Typical:
 
     def __init__(self, grammar: Grammar) -> None:
         self._attributes = grammar.attributes
-        self._known: dict[str, float | None] = {}
+        self._values: dict[str, float | None] = {}
 
-    def value(self, node: cga.Node) -> float | None:
-        """The value of an expression; None if it has no typical one."""
+    def value(self, node: cga.Node, depth: int = 0) -> float | None:
+        """The value of an expression; None if it has no typical one, or is in too many others."""
+        if depth > MAX_DEPTH:
+            return None
         match node:
             case cga.Number(value):
                 return value
@@ -89,24 +93,28 @@ class _Typical:
                 red, green, blue = bytes.fromhex(text[1:])
                 return _lightness(red, green, blue) / 255.0
             case cga.Name(name) if name in self._attributes:
-                return self._of_attribute(name)
+                return self._of_attribute(name, depth)
             case cga.Call("rand", (low, high)):
-                return self._calculated("+", low, high, 0.5)
-            case cga.Binary(("+" | "-" | "*") as operator, left, right):
-                return self._calculated(operator, left, right, 1.0)
+                total = self._calculated("+", low, high, depth)
+                return None if total is None else total / 2.0
+            case cga.Binary(("+" | "-" | "*" | "/") as operator, left, right):
+                return self._calculated(operator, left, right, depth)
+            case cga.Unary("-", operand):
+                number = self.value(operand, depth + 1)
+                return None if number is None else -number
             case cga.Relative(operand) | cga.Floating(operand):
-                return self.value(operand)
+                return self.value(operand, depth + 1)
             case _:
                 return None
 
-    def _of_attribute(self, name: str) -> float | None:
-        if name not in self._known:
-            self._known[name] = None  # what depends on itself has no value
-            self._known[name] = self.value(self._attributes[name].value)
-        return self._known[name]
+    def _of_attribute(self, name: str, depth: int) -> float | None:
+        if name not in self._values:
+            self._values[name] = None  # what depends on itself has no value
+            self._values[name] = self.value(self._attributes[name].value, depth + 1)
+        return self._values[name]
 
-    def _calculated(self, operator: str, left: cga.Node, right: cga.Node, factor: float) -> float | None:
-        first, second = self.value(left), self.value(right)
-        if first is None or second is None:
+    def _calculated(self, operator: str, left: cga.Node, right: cga.Node, depth: int) -> float | None:
+        first, second = self.value(left, depth + 1), self.value(right, depth + 1)
+        if first is None or second is None or (operator == "/" and second == 0.0):
             return None
-        return factor * {"+": first + second, "-": first - second, "*": first * second}[operator]
+        return _CALCULATE[operator](first, second)

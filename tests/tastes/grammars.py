@@ -53,6 +53,20 @@ GRAMMARS = {
         Brick --> color(brickColor) Wall
         Wood --> color(woodColor) Wall
     """,
+    "roofs": """
+        Lot --> Tower House House
+        Tower --> TowerRoof
+        House --> HouseRoof
+        TowerRoof -->
+            40% : color("#808080") TowerFlat
+            30% : color("#000000") TowerGable
+            else : color("#ffffff") TowerHip
+        HouseRoof -->
+            40% : color("#808080") HouseFlat
+            30% : color("#000000") HouseGable
+            10% : color("#ffffff") HouseHip
+            else : color("#202020") HouseDome
+    """,
     "sections": """
         Lot --> 50% : Section Section else : Section Section Section
         Section --> 80% : Left Right else : Left
@@ -68,7 +82,7 @@ READERS = {"plinth": (Pattern("Tower", branch=(0,)),)}
 
 def elements_of(name: str) -> Elements:
     """Quantities of models of a grammar."""
-    if name != "blocks":
+    if name not in ("blocks", "roofs"):
         return Elements.of(forests_of(name), READERS if name == "towers" else {})
     grammar = Grammar.parse(GRAMMARS[name])
     return Elements.of(forests_of(name), readers_of(grammar), visible_orders(grammar))

@@ -16,7 +16,7 @@ from grammarlab.language.syntax.tokens import Token, TokenStream
 
 _OPERAND_ENDS = frozenset({"NAME", "NUMBER", "RPAR", "RBRACKET", "BOOLEAN"})
 _OPERATORS = frozenset({"OPERATOR", "SIGN"})
-_MAX_DEPTH = 240
+MAX_DEPTH = 240
 """Largest depth of a tree. It keeps passes over the tree below Python's recursion limit of 1,000 frames: a level of
 brackets takes up to four frames, an operator in a chain one."""
 _BRACKET_DEPTH, _CHOICE_DEPTH = 4, 2
@@ -87,7 +87,7 @@ class _Scan:
             if step is not None:
                 step(self, index, token)
                 self.nesting.follow(token.type, len(self.open))
-                if self.nesting.depth > _MAX_DEPTH:
+                if self.nesting.depth > MAX_DEPTH:
                     # The rest is unreliable: skip it instead of reporting every bracket in it.
                     self.findings.append(_too_deep(token.location))
                     self.damage.add(index)
@@ -436,11 +436,11 @@ class _OpenBracket:
 
 
 def _too_deep(location: Location) -> Finding:
-    """Finding for a definition that exceeds `_MAX_DEPTH`."""
+    """Finding for a definition that exceeds `MAX_DEPTH`."""
     return Finding(
         "error",
         "too-deep",
-        f"nested too deeply: expected at most {_MAX_DEPTH // _BRACKET_DEPTH} brackets or {_MAX_DEPTH} operators deep",
+        f"nested too deeply: expected at most {MAX_DEPTH // _BRACKET_DEPTH} brackets or {MAX_DEPTH} operators deep",
         location,
         "move inner parts into separate rules or functions; the file was not read further",
     )
