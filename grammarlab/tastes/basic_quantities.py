@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import islice
 from types import MappingProxyType
 from typing import TypeAlias
 
@@ -18,7 +19,7 @@ from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Below, Draw, Formula, Pattern
 from grammarlab.tastes.choice_lines import Lines
 from grammarlab.tastes.choice_pairs import Pair, pairs_beside
-from grammarlab.tastes.choice_places import Choice, Outcome, as_quantities, choices_of, summed
+from grammarlab.tastes.choice_places import MAX_CHOICES, Choice, Outcome, as_quantities, choices_of, summed
 from grammarlab.tastes.labelled_nodes import LabelledNodes
 from grammarlab.tastes.quantities import Quantities, joined
 from grammarlab.tastes.roles import MAX_ALTERNATIVES, Roles
@@ -68,7 +69,7 @@ class Elements:
         draws = distinct(_counted(forests, [Draw(name) for name in names]))
         outcomes = _counted(forests, _outcomes(nodes, sites))
         counts = distinct(joined([_branches(nodes), _symbols(nodes), outcomes, _children(nodes)], nodes.num_models))
-        chosen = list(_chosen(forests, outcomes, readers))
+        chosen = list(islice(_chosen(forests, outcomes, readers), MAX_CHOICES))
         return cls(draws, _used(forests, draws, readers), counts, nodes, orders, (*chosen, *_exclusive(chosen)))
 
     @classmethod

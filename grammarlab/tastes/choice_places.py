@@ -18,7 +18,7 @@ from grammarlab.tastes.choice_lines import MAX_ANCESTORS, Line, Lines
 from grammarlab.tastes.quantities import Later, Quantities
 
 MAX_CHOICES = 240
-"""Largest number of choices at places."""
+"""Largest number of choices at places, and of those outside rules."""
 
 
 @dataclass(frozen=True, eq=False)

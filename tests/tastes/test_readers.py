@@ -6,6 +6,8 @@ from grammarlab.derivation.derive import derive
 from grammarlab.features.patterns.counts import count
 from grammarlab.language.grammar import Grammar
 from grammarlab.tastes.attribute_readers import readers_of
+from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.choice_places import MAX_CHOICES
 
 TEXT = """
 attr low = rand(1, 2)
@@ -62,3 +64,10 @@ def _sizes(forest):
 
 def _same(one, other):
     return one.shape == other.shape and np.allclose(one, other)
+
+
+def test_choices_outside_rules_are_as_many_as_those_at_places_at_most():
+    attributes = "".join(f"attr a{number} = 50% : 1 else : 2\n" for number in range(MAX_CHOICES + 9))
+    grammar = Grammar.parse(f"{attributes}Lot --> A")
+    elements = Elements.of([derive(grammar, 9, 1)])
+    assert len(elements.outcomes) == MAX_CHOICES

@@ -71,7 +71,7 @@ class DesignTable:
     def continuous(self) -> NDArray[np.bool_]:
         """[F] whether columns are continuous instead of counts."""
         values = self.rows * self.scales
-        return np.any(np.abs(values - np.round(values)) > ROUNDING, axis=0)
+        return np.any(np.abs(values - np.round(values)) > ROUNDING * np.maximum(np.abs(values), 1.0), axis=0)
 
 
 class DesignTables(Generic[Designs]):

@@ -54,9 +54,9 @@ class Names(NamedTuple):
 
     def read(self, rows: Floats) -> Floats:
         """[m] index of the pattern of each row [m, F]; NaN for none of them."""
-        distance = ((rows[:, None, list(self.columns)] - self.patterns) ** 2).sum(axis=2)
-        nearest = distance.argmin(axis=1)
-        return np.where(distance[np.arange(len(rows)), nearest] < ROUNDING, nearest, np.nan)
+        distance = np.abs(rows[:, None, list(self.columns)] - self.patterns)
+        equal = (distance <= ROUNDING * np.maximum(np.abs(self.patterns), 1.0)).all(axis=2)
+        return np.where(equal.any(axis=-1), equal.argmax(axis=-1), np.nan)
 
 
 Reading = Value | Parity | Names

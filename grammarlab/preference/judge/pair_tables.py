@@ -1,7 +1,8 @@
 """Tables of pairs: which alternatives of two choices go together, as the scores say.
 
-The cells of all tables are summed by one product of matrices. A table is a flag, the cells with the highest means
-against the others; its price is that of the choice of the pair, of the number of these cells and of the cells.
+The cells of the tables of some choices with all later ones are summed by one product of matrices. A table is a flag,
+the cells with the highest means against the others; its price is that of the choice of the pair, of the number of these
+cells and of the cells.
 """
 
 from __future__ import annotations
@@ -15,6 +16,9 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.growth.screening import gain_of_share
 from grammarlab.preference.judge.votes import NUM_PAIRS
+
+_BLOCK = 16
+"""Number of choices whose tables with all later ones are summed at once: memory grows with the number of choices."""
 
 
 class PairTable(NamedTuple):
@@ -49,31 +53,36 @@ def pair_tables(numbers: Ints, scores: Floats) -> Iterator[PairTable]:
     if num < 2 or not np.ptp(scores) > 0.0:
         return
     centred = scores - scores.mean()
-    held, starts = _held(numbers)
-    counts, sums = held.T @ held, (held * centred[:, None]).T @ held
-    shares = _of_tables(np.where(counts > 0.0, sums**2 / np.maximum(counts, 1.0), 0.0), starts) / (centred @ centred)
-    cells = _of_tables((counts > 0.0).astype(np.float64), starts)
     first, second = np.triu_indices(num, 1)
-    worth = gain_of_share(shares, cells.astype(np.int64), len(scores))[first, second]
-    for index in np.argsort(np.log(2.0) * cells[first, second] - worth, kind="stable")[:NUM_PAIRS].tolist():
+    shares, cells = (table[first, second] for table in _explained(numbers, centred))
+    worth = gain_of_share(shares, cells.astype(np.int64), len(scores))
+    for index in np.argsort(np.log(2.0) * cells - worth, kind="stable")[:NUM_PAIRS].tolist():
         i, j = int(first[index]), int(second[index])
-        chosen, num_cells = _chosen(numbers[:, [i, j]], centred), int(cells[i, j])
+        chosen, num_cells = _chosen(numbers[:, [i, j]], centred), int(cells[index])
         price = np.log(len(first)) + np.log(num_cells) + np.log(float(comb(num_cells, len(chosen))))
         yield PairTable(i, j, chosen, float(price))
 
 
-def _held(numbers: Ints) -> tuple[Floats, Ints]:
-    """[n, A] flags of all alternatives of all choices, and the first one [K] of each choice."""
-    widths = numbers.max(axis=0) + 1
+def _explained(numbers: Ints, centred: Floats) -> tuple[Floats, Floats]:
+    """[K, K] share of the variance of the scores that each table explains, and number of its cells; of i < j only."""
+    num, widths = numbers.shape[1], numbers.max(axis=0) + 1
     starts = np.cumsum(widths) - widths
     held = np.zeros((len(numbers), int(widths.sum())))
     held[np.arange(len(numbers))[:, None], starts + numbers] = 1.0
-    return held, starts
+    shares, cells = np.zeros((num, num)), np.zeros((num, num))
+    for one in range(0, num, _BLOCK):
+        here = slice(one, min(one + _BLOCK, num))
+        of_here, later = held[:, starts[one] : starts[here][-1] + widths[here][-1]], held[:, starts[one] :]
+        counts, sums = of_here.T @ later, (of_here * centred[:, None]).T @ later
+        places = starts[here] - starts[one], starts[one:] - starts[one]
+        shares[here, one:] = _of_tables(sums**2 / np.maximum(counts, 1.0), *places)
+        cells[here, one:] = _of_tables((counts > 0.0).astype(np.float64), *places)
+    return shares / (centred @ centred), cells
 
 
-def _of_tables(cells: Floats, starts: Ints) -> Floats:
-    """[K, K] sums over the cells [A, A] of each table."""
-    return np.add.reduceat(np.add.reduceat(cells, starts, axis=0), starts, axis=1)
+def _of_tables(cells: Floats, rows: Ints, columns: Ints) -> Floats:
+    """[R, C] sums over the cells [A, B] of each table, from the first ones of their rows [R] and columns [C]."""
+    return np.add.reduceat(np.add.reduceat(cells, rows, axis=0), columns, axis=1)
 
 
 def _chosen(pairs: Ints, centred: Floats) -> tuple[tuple[int, int], ...]:

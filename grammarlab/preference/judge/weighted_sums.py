@@ -10,7 +10,7 @@ column that explains most; its price is that of its choice among all of its size
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import comb
 from typing import NamedTuple
 
@@ -32,6 +32,9 @@ _ENOUGH = 0.01
 """Largest change of a weight in the last step."""
 _MAX_STEP = 2.0
 """Largest change of a weight in a step."""
+_MAX_SIGNED = 120
+"""Largest number of columns that grow into signed sums, those that explain most: all pairs of the beam and these are
+tried."""
 
 
 class WeightedSum(NamedTuple):
@@ -151,9 +154,10 @@ def signed_sums(columns: Floats, scores: Floats) -> Iterator[SignedSum]:
     if not np.ptp(scores) > 0.0:
         return
     worth = gains(coarse_bins(columns), every, scores)
-    beam: list[tuple[int, ...]] = [(1 + index,) for index in np.argsort(-worth, kind="stable")[:BEAM].tolist()]
+    ranked: list[int] = (1 + np.argsort(-worth, kind="stable")[:_MAX_SIGNED]).tolist()
+    beam: list[tuple[int, ...]] = [(number,) for number in ranked[:BEAM]]
     for size in range(2, min(MAX_FLAGS, width) + 1):
-        listed = list(dict.fromkeys(longer for members in beam for longer in _longer(members, width)))
+        listed = list(dict.fromkeys(longer for members in beam for longer in _longer(members, sorted(ranked))))
         signs = np.zeros((width, len(listed)))
         for column, members in enumerate(listed):
             signs[[abs(member) - 1 for member in members], column] = np.sign(members)
@@ -165,9 +169,9 @@ def signed_sums(columns: Floats, scores: Floats) -> Iterator[SignedSum]:
             yield SignedSum(tuple(indices.tolist()), tuple(of_members.tolist()), price)
 
 
-def _longer(members: tuple[int, ...], width: int) -> Iterator[tuple[int, ...]]:
-    """Sums with one more column: its number from 1 with its sign, ascending by number."""
-    for index in set(range(1, width + 1)).difference(map(abs, members)):
+def _longer(members: tuple[int, ...], numbers: Iterable[int]) -> Iterator[tuple[int, ...]]:
+    """Sums with one more of some columns: its number from 1 with its sign, ascending by number."""
+    for index in set(numbers).difference(map(abs, members)):
         for signed in (index, -index):
             ordered = sorted((*members, signed), key=abs)
             # The opposite sum says the same.

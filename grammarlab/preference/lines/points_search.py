@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import gammaln
 
-from grammarlab.arrays import ROUNDING, Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.lines.fitted_line import LEAST_SLOPE, POINTS, SOFTNESS, FittedLine, fitted, with_ones
 from grammarlab.preference.lines.line_scores import LineScores
@@ -119,8 +119,10 @@ class LineSearch:
         design = with_ones(self.table[:, list(line.terms)])
         slopes = line.scores.slopes(design @ line.points, SOFTNESS, LEAST_SLOPE)
         across = (design.T * slopes.curvature) @ self.table
-        own = slopes.curvature @ self.table**2 + 1.0 / POINTS**2
-        own = np.maximum(own - np.einsum("kc,kc->c", across, np.linalg.solve(line.precision, across)), ROUNDING)
+        # Beside columns that repeat it, a column still has the curvature of its prior.
+        least = 1.0 / POINTS**2
+        own = slopes.curvature @ self.table**2 + least
+        own = np.maximum(own - np.einsum("kc,kc->c", across, np.linalg.solve(line.precision, across)), least)
         gains = (slopes.first @ self.table) ** 2 / (2.0 * own) - 0.5 * np.log(own * POINTS**2) - self.prices
         gains[list(line.terms)] = -np.inf
         order = np.argsort(-gains, kind="stable")[:num]

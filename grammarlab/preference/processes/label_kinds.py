@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cholesky, solve_triangular
 
-from grammarlab.arrays import ROUNDING, Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
 from grammarlab.preference.labels import COMPARISONS, Kind
@@ -32,6 +32,8 @@ from grammarlab.preference.processes.posterior import Hyperparameters, condition
 
 _MAX_SWEEPS = 50
 """Largest number of sweeps over all sites."""
+_LEAST_PRECISION = 1e-8
+"""Precision, per squared point, of a site that says nothing: a deviation of 10,000 points."""
 _DAMPING = 0.7
 """Step of a site towards its new value in a sweep; all sites move at once, so full steps would overshoot."""
 _TOLERANCE = 1e-4
@@ -67,7 +69,7 @@ class Sites(NamedTuple):
     def cavity(self) -> tuple[Floats, Floats]:
         """Mean [k] and variance [k] of each value, given all other labels."""
         marginal = np.maximum(np.diagonal(self.covariance), 1e-9)
-        precision = np.maximum(1.0 / marginal - self.precisions, ROUNDING)
+        precision = np.maximum(1.0 / marginal - self.precisions, _LEAST_PRECISION)
         return (self.mean / marginal - self.shifts) / precision, 1.0 / precision
 
 
@@ -226,11 +228,11 @@ def propagate(mean: Floats, covariance: Floats, intervals: Intervals, noise: flo
         noise: standard deviation of the noise of a value, > 0.
         blunders: probability of a blunder.
     """
-    sites = _sites(mean, covariance, np.full(len(intervals), ROUNDING), np.zeros(len(intervals)))
+    sites = _sites(mean, covariance, np.full(len(intervals), _LEAST_PRECISION), np.zeros(len(intervals)))
     for _ in range(_MAX_SWEEPS):
         cavity_means, cavity_variances = sites.cavity()
         _, means, variances = matched(intervals, cavity_means, cavity_variances, noise, blunders)
-        precisions = np.maximum(1.0 / variances - 1.0 / cavity_variances, ROUNDING)
+        precisions = np.maximum(1.0 / variances - 1.0 / cavity_variances, _LEAST_PRECISION)
         shifts = means * (1.0 / cavity_variances + precisions) - cavity_means / cavity_variances
         converged = np.all(np.abs(means - sites.mean) <= _TOLERANCE * np.sqrt(cavity_variances))
         sites = _sites(

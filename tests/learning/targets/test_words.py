@@ -31,6 +31,14 @@ def coins(number, width, seed=0):
     return np.random.default_rng(seed).integers(0, 2, (number, width)).astype(float)
 
 
+def test_counts_are_no_continuous_columns_however_they_were_scaled():
+    scales, counts = np.random.default_rng(0).uniform(1.0, 1e6, 99), np.arange(2e7, 2e7 + 500)[:, None]
+    rows = np.column_stack([counts / scales, counts[:, 0] + 0.4])
+    table = replace(table_of(rows, [f"n{number}" for number in range(100)]), scales=np.append(scales, 1.0))
+    assert not table.continuous[:99].any()
+    assert table.continuous[99]
+
+
 def truth_of(name):
     source = load_source(SCENARIOS / f"{name}.toml")
     study = Study(source.space, Pool(0, 2000))

@@ -28,6 +28,12 @@ def test_what_is_read_is_cut_into_intervals():
     assert Split(names, (0.5,)).parts(rows).tolist() == [0, 0, 1, -1]
 
 
+def test_names_are_equal_up_to_rounding_whatever_their_scale():
+    names = Names((0,), np.array([[1.0], [3e6]]) / 1e5)
+    rows = np.array([[1.0], [2.0], [3e6 * (1.0 + 1e-12)], [3e6 + 1.0]]) / 1e5
+    np.testing.assert_array_equal(names.read(rows), [0.0, np.nan, 1.0, np.nan])
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_probabilities_sum_to_one_whatever_says_the_same(seed):
     randomness = np.random.default_rng(seed)
