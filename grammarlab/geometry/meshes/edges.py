@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, row_lengths
+from grammarlab.geometry.meshes.measure import area_vectors
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.ragged import any_rows, next_in_row
-from grammarlab.geometry.meshes.vectors import norm
+from grammarlab.geometry.meshes.vectors import cross, dot, norm
 
 Flags = NDArray[np.bool_]
 
@@ -109,13 +110,18 @@ def in_rings(meshes: Meshes, edge_of_corner: Indices) -> tuple[Indices, Flags]:
         [K] the corners, and whether the edge that leaves each is one of a hole.
     """
     is_bridge = edge_of_corner < 0
+    corners = np.flatnonzero(~is_bridge)
     ring = np.zeros(len(is_bridge), np.int64)
-    here, following = meshes.corner_points(), next_in_row(meshes.face_offsets)
-    for face in np.unique(meshes.face_of_corner()[is_bridge]).tolist():
+    if not is_bridge.any():
+        return corners, ring > 0
+    here, following, of_corner = meshes.corner_points(), next_in_row(meshes.face_offsets), meshes.face_of_corner()
+    turn = np.where(is_bridge, 0.0, _turning(meshes, here, following, of_corner))
+    for face in np.unique(of_corner[is_bridge]).tolist():
         num_rings = 1
         # The rings that the walk is within, each entered over the bridge between these points.
         inside = [(0, frozenset[int]())]
-        for corner in range(meshes.face_offsets[face], meshes.face_offsets[face + 1]):
+        walk = slice(meshes.face_offsets[face], meshes.face_offsets[face + 1])
+        for corner in range(walk.start, walk.stop):
             ends = frozenset((int(here[corner]), int(here[following[corner]])))
             if not is_bridge[corner]:
                 ring[corner] = inside[-1][0]
@@ -124,10 +130,17 @@ def in_rings(meshes: Meshes, edge_of_corner: Indices) -> tuple[Indices, Flags]:
             else:
                 inside.append((num_rings, ends))
                 num_rings += 1
-    corners = np.flatnonzero(~is_bridge)
-    if is_bridge.any():
-        corners = corners[np.lexsort((ring[corners], meshes.face_of_corner()[corners]))]
+        # A face may begin on a hole, but only its outline turns as its normal does.
+        outline = int(np.argmax(np.bincount(ring[walk], turn[walk])))
+        ring[walk] = np.where(ring[walk] == outline, 0, ring[walk] + (ring[walk] < outline))
+    corners = corners[np.lexsort((ring[corners], of_corner[corners]))]
     return corners, ring[corners] > 0
+
+
+def _turning(meshes: Meshes, here: Indices, following: Indices, face: Indices) -> Floats:
+    """[C] what the edge that leaves each corner adds to the area of its ring, positive along the face normal."""
+    arm = meshes.points[here] - meshes.points[here[meshes.face_offsets[:-1][face]]]
+    return dot(cross(arm, arm[following]), area_vectors(meshes)[face])
 
 
 def is_closed_surface(meshes: Meshes) -> NDArray[np.bool_]:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from grammarlab.geometry.footprints.footprint_text import read_footprints
 from grammarlab.geometry.meshes import primitives
 from grammarlab.geometry.meshes.edges import num_holes
 from grammarlab.geometry.meshes.measure import areas, face_normals
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.shadows import shadow, without_holes
 from tests.derivation.operations.leaves import L_SHAPE, sampled, world_meshes
+from tests.geometry.bodies import FRAME
 
 
 @pytest.mark.parametrize(
@@ -50,3 +54,18 @@ def test_faces_without_holes_are_their_outlines() -> None:
     assert num_holes(filled).tolist() == [0]
     assert areas(filled) == pytest.approx([492.0])
     assert without_holes(filled) is filled
+
+
+def test_the_outline_of_a_face_that_begins_on_its_hole_is_the_outer_one() -> None:
+    walk = FRAME.corners
+    for turn in range(len(walk)):
+        filled = without_holes(replace(FRAME, corners=np.roll(walk, turn)))
+        assert areas(filled) == pytest.approx([81.0])
+        assert face_normals(filled) == pytest.approx(face_normals(FRAME))
+
+
+def test_a_pyramid_over_the_strip_around_a_court_rises() -> None:
+    (lot,) = read_footprints("POLYGON ((0 0, 30 0, 30 20, 0 20, 0 0), (10 8, 20 8, 20 12, 10 12, 10 8))")
+    rule = "Lot --> setback(2) { all : roofPyramid(30) A. | remainder : NIL }"
+    mesh = world_meshes(sampled(rule, lot.polygon))
+    assert mesh.points[:, 1].min() == pytest.approx(0.0)
