@@ -469,11 +469,19 @@ def _rejoined(walk: _Walk, points: Floats, normals: Floats) -> Soup:
 def _bridged(walk: _Walk) -> Flags:
     """[F] whether faces pass an edge in both directions: the bridge to a hole."""
     faces = walk.faces
-    face, start, end = row_of_value(np.diff(faces.offsets)), faces.rows, faces.rows.take(walk.following)
-    sides = np.column_stack((face, np.minimum(start, end), np.maximum(start, end)))
-    distinct, counts = np.unique(sides, axis=0, return_counts=True)
     flags = np.zeros(len(faces.offsets) - 1, np.bool_)
-    flags[distinct[counts > 1, 0]] = True
+    if not len(faces.rows):
+        return flags
+    face, start, end = row_of_value(np.diff(faces.offsets)), faces.rows, faces.rows.take(walk.following)
+    # Few faces pass a point twice, and only those can pass an edge twice.
+    num_rows = int(faces.rows.max()) + 1
+    visits = np.sort(face * num_rows + start)
+    again = visits[1:][visits[1:] == visits[:-1]]
+    if len(again):
+        chosen = np.isin(face, again // num_rows)
+        sides = np.column_stack((face, np.minimum(start, end), np.maximum(start, end)))[chosen]
+        distinct, counts = np.unique(sides, axis=0, return_counts=True)
+        flags[distinct[counts > 1, 0]] = True
     return flags
 
 
