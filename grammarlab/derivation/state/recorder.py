@@ -155,7 +155,11 @@ class Recorder:
         return int(counts.argmax()), int(counts.max())
 
     def nodes(self) -> Nodes:
-        """All nodes; they are given away: a second call has none."""
+        """All nodes; they are given away, so it may be called only once, after at least one batch was added.
+
+        Raises:
+            ValueError: If there are no nodes, or no longer.
+        """
         models, parents, symbols, children, repeats = map(list, zip(*self._nodes, strict=True))
         self._nodes.clear()
         counts = [len(model) for model in models]
