@@ -16,7 +16,7 @@ from grammarlab.preference.judge.pair_tables import PairTable, pair_tables
 from grammarlab.preference.judge.weighted_sums import SignedSum, signed_sums
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.choice_places import Choice, Outcome
-from grammarlab.tastes.quantities import Quantities
+from grammarlab.tastes.quantities import Quantities, is_short
 from grammarlab.tastes.sequences import sequences_of
 
 
@@ -36,8 +36,9 @@ def chosen_candidates(elements: Elements, scores: Floats) -> Iterator[ChosenCand
     productions = (_tables, _orders, _sums)
     for make in productions:
         for candidate in make(elements, scores):
-            # Half of the prior is that of the language.
-            yield candidate._replace(price=candidate.price + float(np.log(2.0) + np.log(len(productions))))
+            if is_short(candidate.formula()):
+                # Half of the prior is that of the language.
+                yield candidate._replace(price=candidate.price + float(np.log(2.0) + np.log(len(productions))))
 
 
 def _tables(elements: Elements, scores: Floats) -> Iterator[ChosenCandidate]:

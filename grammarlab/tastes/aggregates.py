@@ -6,17 +6,20 @@ h1, h2 and h3. A model may use some of them only, such as the heights of the blo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import reduce
 from itertools import permutations, product
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
+from grammarlab.arrays import Ints
 from grammarlab.tastes.basic_quantities import Elements, distinct
 from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks, joined, nearest_sets
 from grammarlab.tastes.roles import words_of
 
+_OfLargest: TypeAlias = Callable[[Recipe], Recipe]
+"""Recipe for draws that a model uses, given that of the largest."""
 _MOST_SETS = 100
 """Largest number of sets of so many draws whose extremes are compared."""
 
@@ -44,7 +47,7 @@ def orders_of_draws(elements: Elements) -> Iterator[Block]:
 
 def aggregates(elements: Elements) -> Iterator[Block]:
     """The sum, the mean, the largest and the smallest of the comparable draws that a model uses, and their range."""
-    yield from as_block(_wholes(elements, (*_SUM_AND_ENDS, _mean, _used_range, _used_slenderness)))
+    yield from as_block(_wholes(elements, _AGGREGATES))
 
 
 def parts_of_wholes(elements: Elements) -> Iterator[Block]:
@@ -55,11 +58,21 @@ def parts_of_wholes(elements: Elements) -> Iterator[Block]:
         yield from blocks(_applying(operation), [parts, wholes], pairs)
 
 
-def _wholes(elements: Elements, recipes: Sequence[Recipe]) -> Quantities:
+def _wholes(elements: Elements, recipes: Sequence[_OfLargest]) -> Quantities:
     """What recipes make of the comparable draws that a model uses."""
     runs = [np.array([run]) for run in _comparable(elements)]
-    made = [block for run in runs for recipe in recipes for block in blocks(recipe, [elements.used] * run.size, run)]
+    made = [
+        block
+        for run in runs
+        for recipe in recipes
+        for block in blocks(recipe(_largest_used(elements, run)), [elements.used] * run.size, run)
+    ]
     return distinct(joined([Quantities((block.formula(0),), block.values()) for block in made], elements.num))
+
+
+def _largest_used(elements: Elements, run: Ints) -> Recipe:
+    """The largest of the draws that a model uses: 0 stands for those that it does not, and is above negative ones."""
+    return _applying("max") if elements.used.values[:, run[0]].min(initial=0.0) >= 0.0 else _negated_least
 
 
 def _comparable(elements: Elements) -> list[range]:
@@ -92,12 +105,12 @@ def _slenderness(do: Any, *parts: Any) -> Any:
     return do("/", do("max", *parts), do("min", *parts))
 
 
-def _used_range(do: Any, *parts: Any) -> Any:
-    return do("-", do("max", *parts), do("least", *parts))
+def _negated_least(do: Any, *parts: Any) -> Any:
+    return do("-", 0.0, do("least", *(do("-", 0.0, part) for part in parts)))
 
 
-def _used_slenderness(do: Any, *parts: Any) -> Any:
-    return do("/", do("max", *parts), do("least", *parts))
+def _beside_least(operation: str) -> _OfLargest:
+    return lambda largest: lambda do, *parts: do(operation, largest(do, *parts), do("least", *parts))
 
 
 def _sum(do: Any, *parts: Any) -> Any:
@@ -108,4 +121,5 @@ def _mean(do: Any, *parts: Any) -> Any:
     return do("/", _sum(do, *parts), do("count", *parts))
 
 
-_SUM_AND_ENDS: tuple[Recipe, ...] = (_sum, _applying("max"), _applying("least"))
+_SUM_AND_ENDS: tuple[_OfLargest, ...] = (lambda _: _sum, lambda largest: largest, lambda _: _applying("least"))
+_AGGREGATES = (*_SUM_AND_ENDS, lambda _: _mean, _beside_least("-"), _beside_least("/"))

@@ -50,6 +50,11 @@ class Line:
         )
 
     @cached_property
+    def num_characters(self) -> int:
+        """Number of characters of the patterns of all alternatives and of what is between them in a formula."""
+        return sum(len(f"{{{pattern}}} + ") for alternative in self.alternatives for pattern in alternative)
+
+    @cached_property
     def any(self) -> tuple[Pattern, ...]:
         """The line with any alternative, for each symbol of the choice."""
         return tuple(self._pattern(bare) for bare in self.bare)

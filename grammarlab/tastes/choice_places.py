@@ -13,9 +13,10 @@ from functools import partial, reduce
 import numpy as np
 
 from grammarlab.arrays import Ints
+from grammarlab.features.expression import MAX_FEATURES
 from grammarlab.features.patterns.pattern import Draw, Formula, Pattern
 from grammarlab.tastes.choice_lines import MAX_ANCESTORS, Line, Lines
-from grammarlab.tastes.quantities import Later, Quantities
+from grammarlab.tastes.quantities import MAX_TEXT, Later, Quantities
 
 MAX_CHOICES = 240
 """Largest number of choices at places, and of those outside rules."""
@@ -84,9 +85,16 @@ def choices_of(lines: Lines) -> tuple[Choice, ...]:
                     continue
                 number = np.zeros(lines.nodes.num_models, dtype=np.int64)
                 number[model] = line.number
-                if (key := bytes([line.kind % 256, line.kind // 256]) + number.tobytes()) not in choices:
+                key = bytes([line.kind % 256, line.kind // 256]) + number.tobytes()
+                if key not in choices and are_short([line]):
                     choices[key] = Choice(line, number, lines.way(int(line.rows[0])))
     return tuple(choices.values())
+
+
+def are_short(lines: Sequence[Line]) -> bool:
+    """Whether what is said about the choices of some lines, each named once, is short enough to be read back."""
+    num_features = sum(len(labels) for line in lines for labels in line.labels)
+    return num_features <= MAX_FEATURES and sum(line.num_characters for line in lines) <= MAX_TEXT
 
 
 def as_quantities(choices: Sequence[Choice], num: int) -> Quantities:

@@ -20,11 +20,14 @@ from typing import Any, NamedTuple, TypeAlias, overload
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.features.expression import MAX_CHARACTERS, MAX_FEATURES
 from grammarlab.features.patterns.operations import apply
-from grammarlab.features.patterns.pattern import Atom, Formula
+from grammarlab.features.patterns.pattern import Atom, Feature, Formula
 
 Recipe: TypeAlias = Callable[..., Any]
 """Function of an operation (`applied` or `Formula.of`) and of operands."""
+MAX_TEXT = MAX_CHARACTERS // 4
+"""Largest number of characters of a candidate: a function of it can be half an expression, and may name it twice."""
 _BLOCK = 512
 """Number of columns that are made at once."""
 
@@ -76,6 +79,12 @@ class Block(NamedTuple):
     """[n, size] the columns."""
     formula: Callable[[int], Formula | Atom]
     """What a column is."""
+
+
+def is_short(feature: Feature) -> bool:
+    """Whether the text of a candidate is short enough for functions of it that are read back."""
+    num_features = len(feature.features) if isinstance(feature, Formula) else 1
+    return num_features <= MAX_FEATURES and len(str(feature)) <= MAX_TEXT
 
 
 def applied(operation: str, *operands: Floats) -> Floats:

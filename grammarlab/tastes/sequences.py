@@ -12,7 +12,7 @@ import numpy as np
 from grammarlab.arrays import Ints
 from grammarlab.features.patterns.operations import SEQUENCE_RELATIONS
 from grammarlab.tastes.basic_quantities import Elements
-from grammarlab.tastes.choice_places import Choice, as_quantities
+from grammarlab.tastes.choice_places import Choice, are_short, as_quantities
 from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks
 
 _MOST_PAIRS = 1_500
@@ -34,7 +34,7 @@ def equal_choices(elements: Elements) -> Iterator[Block]:
     """Two comparable choices are made alike."""
     kinds = [choice.line.kind for choice in elements.choices]
     pairs = [pair for pair in combinations(range(len(kinds)), 2) if kinds[pair[0]] == kinds[pair[1]]]
-    apart = [pair for pair in pairs if not elements.overlaps[pair]]
+    apart = [pair for pair in pairs if not elements.overlaps[pair] and _are_short(elements, pair)]
     indices = np.array(apart[:_MOST_PAIRS], dtype=np.int64).reshape(-1, 2)
     return blocks(lambda do, a, b: do("equal", a, b), [elements.numbers] * 2, indices)
 
@@ -82,7 +82,7 @@ def matching_sequences(elements: Elements) -> Iterator[Block]:
     pairs = [(i, j) for i, j in combinations(range(len(kinds)), 2) if kinds[i] == kinds[j]]
     same = [(sequences[i], sequences[j]) for i, j in pairs if len(sequences[i]) == len(sequences[j])]
     for first, second in same[:_MOST_MATCHES]:
-        if not elements.overlaps[np.ix_(first, second)].any():
+        if not elements.overlaps[np.ix_(first, second)].any() and _are_short(elements, first + second):
             for reordered in dict.fromkeys((second, second[::-1])):
                 indices = np.array([[*first, *reordered]])
                 for recipe in (_alike(len(first)), _all_alike(len(first))):
@@ -92,8 +92,9 @@ def matching_sequences(elements: Elements) -> Iterator[Block]:
 def sequences_of(elements: Elements) -> list[tuple[int, ...]]:
     """Indices of comparable choices in the order of the rules, three or more, none of them a case of another.
 
+    What is said about all of them is short enough to be read back.
     They have the same line of symbols (a symbol that calls itself counts once), or the same node at the top and the
-    same symbol or role at the end, or only this.
+    same symbol or role at the end, or only this. What is said about all of them is short enough to be read back.
     """
     choices, shared = elements.choices, elements.lines.roles.shared
     groups: dict[object, list[int]] = {}
@@ -107,7 +108,8 @@ def sequences_of(elements: Elements) -> list[tuple[int, ...]]:
     for group in groups.values():
         members = sorted(_apart(choices, group), key=lambda index: (choices[index].way, index))
         present = sum(((choices[index].number > 0).astype(np.int64) for index in members), np.zeros(elements.num, int))
-        if 3 <= len(members) <= _MAX_LENGTH and present.max(initial=0) > 1:
+        is_sequence = 3 <= len(members) <= _MAX_LENGTH and present.max(initial=0) > 1
+        if is_sequence and _are_short(elements, members):
             sequences.setdefault(tuple(members))
     return list(sequences)[:_MAX_SEQUENCES]
 
@@ -126,6 +128,10 @@ def _alternatives(elements: Elements, sequence: Sequence[int]) -> list[Quantitie
         if len(flags) > 1:
             listed.append(Quantities(tuple(flags), np.stack(list(flags.values()), axis=1)))
     return listed
+
+
+def _are_short(elements: Elements, indices: Sequence[int]) -> bool:
+    return are_short([elements.choices[index].line for index in indices])
 
 
 def _apart(choices: Sequence[Choice], group: Sequence[int]) -> list[int]:

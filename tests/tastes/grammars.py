@@ -67,6 +67,15 @@ GRAMMARS = {
             10% : color("#ffffff") HouseHip
             else : color("#202020") HouseDome
     """,
+    "shifts": """
+        attr lowShift = rand(-5, -3)
+        attr middleShift = rand(-4, -2)
+        attr highShift = rand(-2, -1)
+        Lot -->
+            50% : t(0, lowShift, 0) t(0, middleShift, 0) A
+            30% : t(0, lowShift, 0) t(0, highShift, 0) B
+            else : t(0, lowShift, 0) t(0, middleShift, 0) t(0, highShift, 0) C
+    """,
     "sections": """
         Lot --> 50% : Section Section else : Section Section Section
         Section --> 80% : Left Right else : Left
@@ -82,7 +91,7 @@ READERS = {"plinth": (Pattern("Tower", branch=(0,)),)}
 
 def elements_of(name: str) -> Elements:
     """Quantities of models of a grammar."""
-    if name not in ("blocks", "roofs"):
+    if name not in ("blocks", "roofs", "shifts"):
         return Elements.of(forests_of(name), READERS if name == "towers" else {})
     grammar = Grammar.parse(GRAMMARS[name])
     return Elements.of(forests_of(name), readers_of(grammar), visible_orders(grammar))
@@ -93,3 +102,11 @@ def forests_of(name: str) -> tuple[Forest, ...]:
     """Two batches of models of a grammar."""
     grammar = Grammar.parse(GRAMMARS[name])
     return derive(grammar, 40, seed=1), derive(grammar, 24, seed=2)
+
+
+def elements_of_long_names(length: int) -> Elements:
+    """Quantities of models of two towers with three choices each whose symbols have long names."""
+    name = "x" * length
+    rule = f"{name} --> 40% : color(0.5, 0.5, 0.5) A 30% : color(0.1, 0.1, 0.1) B else : color(0.9, 0.9, 0.9) C"
+    grammar = Grammar.parse(f"Lot --> Low High\nLow --> {name} {name} {name}\nHigh --> {name} {name} {name}\n{rule}")
+    return Elements.of([derive(grammar, 40, seed=1)], orders=visible_orders(grammar))

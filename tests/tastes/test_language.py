@@ -12,9 +12,10 @@ from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Formula
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.chosen_candidates import chosen_candidates
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.language import MAX_CANDIDATES, MAX_VALUES, PRODUCTIONS, candidates, priced
-from tests.tastes.grammars import GRAMMARS, READERS, elements_of, forests_of
+from tests.tastes.grammars import GRAMMARS, READERS, elements_of, elements_of_long_names, forests_of
 
 
 @pytest.mark.parametrize("name", PRODUCTIONS)
@@ -44,6 +45,16 @@ def test_formulas_of_candidates_are_parsed_from_their_texts(grammar):
     for formula in candidates(elements_of(grammar)).formulas:
         if isinstance(formula, Formula):
             assert Expression.parse(str(formula)).formula == formula
+
+
+@pytest.mark.parametrize("length", [200, 700])
+def test_candidates_about_choices_of_long_names_are_short_enough_to_be_read_back(length):
+    elements = elements_of_long_names(length)
+    scores = np.random.default_rng(0).uniform(0.0, 100.0, elements.num)
+    made = [*candidates(elements).formulas, *(one.formula() for one in chosen_candidates(elements, scores))]
+    formulas = [formula for formula in made if isinstance(formula, Formula)]
+    assert all(Expression.parse(str(formula)).formula == formula for formula in formulas)
+    assert any("ascending" in str(formula) for formula in formulas) == (length == 200)
 
 
 @pytest.mark.parametrize("grammar", GRAMMARS)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation.forest import Forest
+from grammarlab.tastes.aggregates import aggregates
 from grammarlab.tastes.language import candidates
 from tests.tastes.grammars import elements_of, forests_of
 
@@ -118,3 +119,12 @@ def test_a_taste_of_several_parts_is_a_candidate(taste: str):
     others = found.values - found.values.mean(axis=0)
     similar = np.abs(centred @ others) / (np.linalg.norm(centred) * np.linalg.norm(others, axis=0))
     assert same.any() or similar.max() > 1.0 - 1e-9
+
+
+@pytest.mark.parametrize("grammar", ["blocks", "shifts"])
+def test_aggregates_are_of_the_draws_that_a_model_uses(grammar):
+    elements = elements_of(grammar)
+    rows = [[value for value in row if value != 0.0] for row in elements.used.values.tolist()]
+    made = np.concatenate([block.values() for block in aggregates(elements)], axis=1).T
+    for expected in (sum, max, min, lambda row: sum(row) / len(row), lambda row: max(row) - min(row)):
+        assert any(np.allclose(column, [expected(row) for row in rows]) for column in made)
