@@ -322,17 +322,19 @@ def choices_of(
 
 
 def print_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
-    """Print ignored and unsupported features of the rules in a line or two; `check` lists their places."""
+    """Print ignored, unsupported and unknown features of the rules in a line each; `check` lists their places."""
     harmless = {
-        finding.message.partition(" is left out")[0].split()[-1]
-        for finding in findings
-        if finding.severity == "warning"
+        finding.message.partition(" is left out")[0].split()[-1] for finding in findings if finding.code == "left-out"
     }
     serious = {finding.message.partition(" is CGA")[0] for finding in findings if finding.severity != "warning"}
+    unknown = {finding.message.split("'")[1] for finding in findings if finding.code == "unknown-symbol"}
+    places = f"(`grammarlab check {grammar}` lists the places)"
     if harmless:
         say(f"ignored, since no shape or colour depends on it: {_first(sorted(harmless))}")
     if serious:
-        say(f"not supported: {_first(sorted(serious))} (`grammarlab check {grammar}` lists the places)")
+        say(f"not supported: {_first(sorted(serious))} {places}")
+    if unknown:
+        say(f"warning: neither a rule nor an operation, so that shapes end there: {_first(sorted(unknown))} {places}")
     if any(finding.code == "bad-import" for finding in findings):
         from grammarlab.language.importing import LIBRARY_HINT
 

@@ -147,11 +147,11 @@ def grammar_to_run(text: str, file: str) -> Grammar:
 
 
 def unsupported_features(grammar: Grammar) -> tuple[Finding, ...]:
-    """Features of a grammar that a derivation ignores or does not support."""
+    """Features of a grammar that a derivation ignores or does not support, and operations that it does not know."""
     findings = (
         finding
         for finding in check(grammar, SUPPORTED)
-        if finding.severity == "unsupported" or finding.code == "left-out"
+        if finding.severity == "unsupported" or finding.code in ("left-out", "unknown-symbol")
     )
     return (*unread_imports(grammar), *findings)
 

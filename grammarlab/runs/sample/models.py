@@ -89,7 +89,7 @@ class AbstractModels(ABC):
 
     @abstractmethod
     def left_out(self) -> tuple[Finding, ...]:
-        """Ignored and unsupported features of the file."""
+        """Ignored and unsupported features of the file, and operations that do not exist."""
 
     @abstractmethod
     def check(self, request: SampleRequest) -> None:
