@@ -235,9 +235,8 @@ def _first_of_equal(keys: NDArray[np.uint64]) -> Ints:
         return first.take(number)
     bits = num.bit_length() + 1
     place = (keys >> np.uint64(64 - bits)).astype(np.int64)
-    first = np.empty(1 << bits, dtype=np.int64)
-    # Written in reverse order, so that the first one of a place is kept.
-    first[place[::-1]] = np.arange(num - 1, -1, -1)
+    first = np.full(1 << bits, num)
+    np.minimum.at(first, place, np.arange(num))
     leader = first.take(place)
     other = np.flatnonzero(keys.take(leader) != keys)
     if len(other):
