@@ -37,7 +37,7 @@ def chosen_candidates(elements: Elements, scores: Floats) -> Iterator[ChosenCand
     for make in productions:
         for candidate in make(elements, scores):
             if is_short(candidate.formula()):
-                # Half of the prior is that of the language.
+                # As if votes and weighted sums had no share (`grammarlab.preference.judge.judge`).
                 yield candidate._replace(price=candidate.price + float(np.log(2.0) + np.log(len(productions))))
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.forest import Forest, RuleName
 from grammarlab.features.patterns.operations import evaluate
 from grammarlab.features.patterns.pattern import Below, Draw, Feature, Formula, Pattern, Present, Threshold
 from grammarlab.features.patterns.tree_index import Trees
@@ -116,10 +116,8 @@ class _Counter:
         forest = self.trees.forest
         groups = [
             self.trees.rows_of_rule(number)
-            for number, rule in enumerate(forest.rules)
-            if (pattern.symbol is None or rule.symbol == pattern.symbol)
-            and (pattern.parameters is None or rule.parameters == pattern.parameters)
-            and (pattern.branch is None or rule.branch[: len(pattern.branch)] == pattern.branch)
+            for number in self.trees.rules_of(pattern.symbol)
+            if _fits(forest.rules[number], pattern)
         ]
         if pattern.branch is None and pattern.parameters is None:
             groups += [
@@ -145,3 +143,10 @@ class _Counter:
             rows, here = rows[is_match], here[is_match]
             ways = np.minimum(ways[is_match] * values[index[is_match]], MAX_EMBEDDINGS)
         return rows, ways
+
+
+def _fits(rule: RuleName, pattern: Pattern) -> bool:
+    """Whether a rule of the symbol of a pattern has its number of parameters and its branch."""
+    return (pattern.parameters is None or rule.parameters == pattern.parameters) and (
+        pattern.branch is None or rule.branch[: len(pattern.branch)] == pattern.branch
+    )

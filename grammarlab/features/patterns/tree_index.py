@@ -60,6 +60,10 @@ class Trees:
         order, offsets = self._leaves_by_symbol
         return order[offsets[symbol] : offsets[symbol + 1]]
 
+    def rules_of(self, symbol: str | None) -> Sequence[int]:
+        """Numbers of the rules of a symbol, of all for None, ascending."""
+        return range(len(self.forest.rules)) if symbol is None else self._rules_by_symbol.get(symbol, ())
+
     def merged(self, groups: Sequence[Ints]) -> Ints:
         """The nodes of groups without common nodes, each of them ascending, in ascending order."""
         if len(groups) == 1:
@@ -146,6 +150,13 @@ class Trees:
     @cached_property
     def _by_rule(self) -> tuple[Ints, Ints]:
         return _grouped(self.forest.nodes.rule + np.int16(1), len(self.forest.rules) + 1)
+
+    @cached_property
+    def _rules_by_symbol(self) -> dict[str, list[int]]:
+        numbers: dict[str, list[int]] = {}
+        for number, rule in enumerate(self.forest.rules):
+            numbers.setdefault(rule.symbol, []).append(number)
+        return numbers
 
     @cached_property
     def _leaves_by_symbol(self) -> tuple[Ints, Ints]:

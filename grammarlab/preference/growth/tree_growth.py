@@ -182,7 +182,7 @@ class TreeGrowth:
 
     def divided(self, tree: Tree, depth: int = 0) -> float:
         """The same without the node as a cell; minus infinity if there is no division."""
-        columns = self._compared(tree.labels, depth)
+        columns = self._compared(tree.labels)
         beside = self._single_cuts(tree.labels, depth, columns)
         if tree.split is None:
             return beside
@@ -195,9 +195,9 @@ class TreeGrowth:
             more = more + np.log1p(-np.exp(cut - more)) if cut < more else -np.inf
         return float(np.logaddexp(beside, more))
 
-    def _compared(self, labels: Ints, depth: int) -> Ints:
+    def _compared(self, labels: Ints) -> Ints:
         """[K] columns whose cuts of a node are compared; none if no cut is worth its price."""
-        ranked = self._worth_dividing(labels, depth)
+        ranked = self._worth_dividing(labels)
         return np.zeros(0, dtype=np.int64) if ranked is None else ranked.columns
 
     def _single_cuts(self, labels: Ints, depth: int, columns: Ints) -> float:
@@ -215,7 +215,7 @@ class TreeGrowth:
         return self._grown_cache[key]
 
     def _divided(self, labels: Ints, depth: int, patience: float) -> Tree:
-        leaf, ranked = self._leaf(labels, depth), self._worth_dividing(labels, depth)
+        leaf, ranked = self._leaf(labels, depth), self._worth_dividing(labels)
         if ranked is None:
             return leaf
         best = int(np.argmax(ranked.log_posterior))
@@ -250,7 +250,7 @@ class TreeGrowth:
 
     def _improved(self, tree: Tree, depth: int) -> Tree:
         """A tree after its first nodes, from the top, were grown again from their best cuts if these are better."""
-        ranked = self._worth_dividing(tree.labels, depth) if depth < _IMPROVED_DEPTH else None
+        ranked = self._worth_dividing(tree.labels) if depth < _IMPROVED_DEPTH else None
         if ranked is None:
             return tree
         leaf, order = self._leaf(tree.labels, depth), np.argsort(-ranked.log_posterior, kind="stable")
@@ -264,7 +264,7 @@ class TreeGrowth:
         return replace(best, log_posterior=best.log_posterior + gained, parts=parts)
 
     def _drawn(self, labels: Ints, depth: int, doubt: float, randomness: np.random.Generator) -> Tree:
-        leaf, ranked = self._leaf(labels, depth), self._worth_dividing(labels, depth)
+        leaf, ranked = self._leaf(labels, depth), self._worth_dividing(labels)
         if ranked is None:
             return leaf
         index = int(np.argmax(ranked.log_posterior / doubt + randomness.gumbel(size=len(ranked.columns))))
@@ -297,7 +297,7 @@ class TreeGrowth:
         """A node of labels as one cell."""
         return Tree(labels, self.evidence.of_labels(labels) + _log_leaf(depth))
 
-    def _worth_dividing(self, labels: Ints, depth: int) -> _Ranked | None:
+    def _worth_dividing(self, labels: Ints) -> _Ranked | None:
         """The best cuts of a node; None if none can explain its scores better than one cell."""
         if len(labels) < 2 or not self.columns.values.shape[1]:
             return None

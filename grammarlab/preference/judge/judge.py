@@ -75,7 +75,9 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     joined, sums = votes(flags, scores), list(weighted_sums(measures, scores))
     columns = [vote.values(flags) for vote in joined] + [some.values(measures) for some in sums]
     further = np.concatenate([composed[:, shortlist], *(column[:, None] for column in columns)], axis=1)
-    # Half of the prior is that of the language, the other half that of what scores choose.
+    # Half of the prior is that of the language. Scores choose three kinds, formulas, votes and weighted sums, and
+    # each costs as if it had the other half alone: all shares add up to 1.74 at most, not to 1. With a third of
+    # that half for each, a vote that 64 scores support is not worth its price in one of 36 files.
     further_prices = np.append(prices[shortlist], [np.log(2.0) + each.price for each in (*joined, *sums)])
     wider = labels.joined(further, _USE_PRICE + further_prices)
     best = _better(best_known, best_tree(wider, START_PERSONS).explanation)

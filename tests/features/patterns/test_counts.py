@@ -83,6 +83,28 @@ def test_nothing_to_count():
     assert count(forest, []).shape == (3, 0)
 
 
+class Watched(tuple):
+    """A tuple that knows how many of its elements were looked at."""
+
+    num = 0
+
+    def __iter__(self):
+        for element in super().__iter__():
+            self.num += 1
+            yield element
+
+    def __getitem__(self, index):
+        self.num += 1
+        return super().__getitem__(index)
+
+
+def test_rules_of_other_symbols_are_looked_at_once():
+    forest = random_forest(np.random.default_rng(2), 3, 20)
+    rules = Watched((*forest.rules, *(replace(forest.rules[0], symbol=f"S{number}") for number in range(200))))
+    count(replace(forest, rules=rules), [parse(f"S{number}:0") for number in range(200)])
+    assert rules.num <= 2 * len(rules)
+
+
 def damaged(forest, **columns):
     return replace(forest, nodes=replace(forest.nodes, **columns))
 

@@ -60,6 +60,15 @@ def test_an_order_is_found_by_which_a_sequence_never_falls():
     np.testing.assert_array_equal(true.values(numbers), expected)
 
 
+def test_orders_are_found_from_both_ends():
+    for seed in range(60):
+        randomness = np.random.default_rng(seed)
+        numbers, planted = randomness.integers(1, 7, (96, 3)), (1 + randomness.permutation(6)).tolist()
+        true = LearnedOrder((0, 1, 2), tuple(planted), 0.0).values(numbers)
+        (order,) = learned_orders(numbers, [(0, 1, 2)], noisy(90.0 * true, seed))
+        assert (order.values(numbers) == true).mean() > 0.97, seed
+
+
 def test_no_change_of_places_improves_an_order():
     randomness = np.random.default_rng(4)
     numbers, scores = randomness.integers(1, 5, (80, 3)), randomness.uniform(0.0, 100.0, 80)
