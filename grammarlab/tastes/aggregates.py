@@ -13,9 +13,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from grammarlab.arrays import Ints
 from grammarlab.tastes.basic_quantities import Elements, distinct
-from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks, joined, nearest_sets
+from grammarlab.tastes.quantities import MOST_COLUMNS, Block, Quantities, Recipe, as_block, blocks, joined, nearest_sets
 from grammarlab.tastes.roles import words_of
 
 _OfLargest: TypeAlias = Callable[[Recipe], Recipe]
@@ -47,32 +46,40 @@ def orders_of_draws(elements: Elements) -> Iterator[Block]:
 
 def aggregates(elements: Elements) -> Iterator[Block]:
     """The sum, the mean, the largest and the smallest of the comparable draws that a model uses, and their range."""
-    yield from as_block(_wholes(elements, _AGGREGATES))
+    wholes = [_wholes(elements, run, _AGGREGATES) for run in _comparable(elements)]
+    yield from as_block(distinct(joined(wholes, elements.num)))
 
 
 def parts_of_wholes(elements: Elements) -> Iterator[Block]:
-    """A draw beside the sum, the largest or the smallest of comparable draws: by ratio and difference."""
-    wholes, parts = _wholes(elements, _SUM_AND_ENDS), elements.used
-    pairs = np.indices((len(parts), len(wholes))).reshape(2, -1).T
-    for operation in "/-":
-        yield from blocks(_applying(operation), [parts, wholes], pairs)
+    """A draw beside the sum, the largest or the smallest of comparable draws: by ratio and difference.
 
-
-def _wholes(elements: Elements, recipes: Sequence[_OfLargest]) -> Quantities:
-    """What recipes make of the comparable draws that a model uses."""
-    runs = [np.array([run]) for run in _comparable(elements)]
-    made = [
-        block
-        for run in runs
-        for recipe in recipes
-        for block in blocks(recipe(_largest_used(elements, run)), [elements.used] * run.size, run)
+    Of too many, those of draws whose names share a word with the comparable ones come first, heights beside heights,
+    then those that are declared nearest to them.
+    """
+    runs, ends = _comparable(elements), range(len(_SUM_AND_ENDS))
+    named = [set(words_of(str(draw))) for draw in elements.draws.formulas]
+    ranked = [
+        (not named[part] & set.intersection(*(named[other] for other in run)), distance, part, len(ends) * index + end)
+        for index, run in enumerate(runs)
+        for part, distance in enumerate(max(run[0] - part, part - run[-1], 0) for part in range(len(named)))
+        for end in ends
     ]
-    return distinct(joined([Quantities((block.formula(0),), block.values()) for block in made], elements.num))
+    indices = np.array([rank[2:] for rank in sorted(ranked)[:MOST_COLUMNS]], dtype=np.int64)
+    wholes = [_wholes(elements, run, _SUM_AND_ENDS) for run in runs]
+    for operation in "/-":
+        yield from blocks(_applying(operation), [elements.used, joined(wholes, elements.num)], indices.reshape(-1, 2))
 
 
-def _largest_used(elements: Elements, run: Ints) -> Recipe:
+def _wholes(elements: Elements, run: range, recipes: Sequence[_OfLargest]) -> Quantities:
+    """What recipes make of comparable draws that a model uses."""
+    largest, indices = _largest_used(elements, run), np.array([run])
+    made = [block for recipe in recipes for block in blocks(recipe(largest), [elements.used] * len(run), indices)]
+    return joined([Quantities((block.formula(0),), block.values()) for block in made], elements.num)
+
+
+def _largest_used(elements: Elements, run: range) -> Recipe:
     """The largest of the draws that a model uses: 0 stands for those that it does not, and is above negative ones."""
-    return _applying("max") if elements.used.values[:, run[0]].min(initial=0.0) >= 0.0 else _negated_least
+    return _applying("max") if elements.used.values[:, run].min(initial=0.0) >= 0.0 else _negated_least
 
 
 def _comparable(elements: Elements) -> list[range]:

@@ -14,10 +14,17 @@ import numpy as np
 
 from grammarlab.arrays import Ints
 from grammarlab.tastes.basic_quantities import Elements, distinct
-from grammarlab.tastes.quantities import Block, Quantities, Recipe, blocks, joined, nearest_pairs, nearest_sets
+from grammarlab.tastes.quantities import (
+    MOST_COLUMNS,
+    Block,
+    Quantities,
+    Recipe,
+    blocks,
+    joined,
+    nearest_pairs,
+    nearest_sets,
+)
 
-_MOST = 1_000
-"""Largest number of columns of one recipe."""
 _MOST_SIZES = 3_000
 """Largest number of computed sizes of one form."""
 _MAX_NUMERALS = 20
@@ -47,14 +54,14 @@ def products(elements: Elements) -> Iterator[Block]:
     """``a * b`` of two draws, of two counts, or of a count and a draw."""
     yield from _of_pairs("*", elements.draws)
     yield from _of_pairs("*", _numerals(elements))
-    yield from _crossed(lambda do, n, a: do("*", n, a), [_numerals(elements), elements.used], _MOST)
+    yield from _crossed(lambda do, n, a: do("*", n, a), [_numerals(elements), elements.used], MOST_COLUMNS)
 
 
 def ratios(elements: Elements) -> Iterator[Block]:
     """``a / b`` of two draws, of two counts, or of a count and a draw."""
     yield from _of_pairs("/", elements.draws)
     yield from _of_pairs("/", elements.counts)
-    yield from _crossed(lambda do, n, a: do("/", a, n), [_numerals(elements), elements.draws], _MOST)
+    yield from _crossed(lambda do, n, a: do("/", a, n), [_numerals(elements), elements.draws], MOST_COLUMNS)
 
 
 def parities(elements: Elements) -> Iterator[Block]:
@@ -62,25 +69,25 @@ def parities(elements: Elements) -> Iterator[Block]:
     counts = elements.counts
     yield from blocks(lambda do, n: do("%", n, 2.0), [counts], np.arange(len(counts))[:, None])
     recipe: Recipe = lambda do, n, m: do("%", do("+", n, m), 2.0)  # noqa: E731  # one line per recipe
-    yield from blocks(recipe, [counts, counts], nearest_pairs(len(counts), most=_MOST))
+    yield from blocks(recipe, [counts, counts], nearest_pairs(len(counts), most=MOST_COLUMNS))
 
 
 def longer_products(elements: Elements) -> Iterator[Block]:
     """``a * b * c`` and ``a * b / c`` of draws, and ``n * a * b``: so many floors of an area."""
     draws = elements.draws
-    sets = nearest_sets(len(draws), 3, _MOST // 4)
+    sets = nearest_sets(len(draws), 3, MOST_COLUMNS // 4)
     yield from blocks(lambda do, a, b, c: do("*", do("*", a, b), c), [draws] * 3, sets)
     for order in ([0, 1, 2], [0, 2, 1], [1, 2, 0]):
         yield from blocks(lambda do, a, b, c: do("/", do("*", a, b), c), [draws] * 3, sets[:, order])
     recipe: Recipe = lambda do, n, a, b: do("*", n, do("*", a, b))  # noqa: E731
-    numerals, pairs = _numerals(elements), nearest_pairs(len(draws), most=_MOST)
+    numerals, pairs = _numerals(elements), nearest_pairs(len(draws), most=MOST_COLUMNS)
     indices = np.array([(n, *pair) for n in range(len(numerals)) for pair in pairs.tolist()][:_MOST_SIZES])
     yield from blocks(recipe, [numerals, draws, draws], indices.reshape(-1, 3))
 
 
 def mixed_products(elements: Elements) -> Iterator[Block]:
     """``(a + b) / c``, ``(a - b) / c``, ``(a + b) * c`` and ``(a - b) * c`` of draws."""
-    sets = nearest_sets(len(elements.used), 3, _MOST // 3)
+    sets = nearest_sets(len(elements.used), 3, MOST_COLUMNS // 3)
     sets = np.concatenate([sets[:, order] for order in ([0, 1, 2], [0, 2, 1], [1, 2, 0])])
     for inner, outer in product("+-", "/*"):
         yield from blocks(_mixed(inner, outer), [elements.used] * 3, sets)
@@ -96,13 +103,13 @@ def proportions(elements: Elements) -> Iterator[Block]:
     """``n * a / c`` and ``(n * a + b) / c``: the height of so many storeys on a plinth by the width."""
     numerals, draws = _numerals(elements), elements.used
     shorter: Recipe = lambda do, n, a, c: do("/", do("*", n, a), c)  # noqa: E731
-    yield from _crossed(shorter, [numerals, draws, draws], _MOST)
+    yield from _crossed(shorter, [numerals, draws, draws], MOST_COLUMNS)
     recipe: Recipe = lambda do, n, a, b, c: do("/", do("+", do("*", n, a), b), c)  # noqa: E731
     yield from _crossed(recipe, [numerals, draws, draws, draws], _MOST_SIZES)
 
 
 def _of_pairs(operation: str, quantities: Quantities) -> Iterator[Block]:
-    pairs = nearest_pairs(len(quantities), most=_MOST)
+    pairs = nearest_pairs(len(quantities), most=MOST_COLUMNS)
     return blocks(lambda do, a, b: do(operation, a, b), [quantities, quantities], pairs)
 
 

@@ -1,9 +1,11 @@
 """The candidates for what a person may like: columns of numbers with formulas and prices.
 
 The price of a candidate is its description length in nats: log 2 to use a candidate at all, the log of the number of
-productions and of the candidates of its own, and log 2 for each operation after the first. So exp(-price) is a prior
-over the language, and sums to less than 1. Candidates that are the same in all designs are left out, and of those that
-are equal up to a shift and a factor one is kept: an element of the language, or else the cheapest.
+productions and of the candidates of its own, and log 2 for each operation after the first, where an aggregate of
+comparable draws counts as an element. So exp(-price) is a prior over the language, and sums to less than 1. Candidates
+that are the same in all designs are left out, and of those that are equal up to a shift and a factor one is kept: an
+element of the language, or else the cheapest. Of too many candidates each production keeps its cheapest, a fair share,
+and the cheapest of the others fill what remains.
 """
 
 from __future__ import annotations
@@ -34,7 +36,10 @@ Production: TypeAlias = Callable[[Elements], Iterator[Block]]
 
 @dataclass(frozen=True)
 class Candidates:
-    """C candidates: elements in the order of the productions, then what is made of them, the cheapest first."""
+    """C candidates: elements in the order of the productions, then what is made of them, the cheapest first.
+
+    Of too many, those beyond the fair share of their production come last.
+    """
 
     makers: tuple[Callable[[], Feature], ...]
     """[C] functions that make what they are: few of many thousands are ever needed."""
@@ -130,8 +135,7 @@ def collected(productions: Sequence[Sequence[_Priced]], elements: Elements) -> C
     most = min(MAX_CANDIDATES, MAX_VALUES // max(num, 1))
     place, makers, priors = dict[bytes, int](), list[Callable[[], Feature]](), list[float]()
     columns = np.empty((most, num))
-    parts = [part for parts in productions for part in parts]
-    for block, price in sorted(parts, key=lambda part: part.price if part.block.operators else 0.0):
+    for block, price in _in_order(productions, most):
         if len(makers) >= most:
             break
         values, prior = block.values(), math.exp(-price)
@@ -144,6 +148,39 @@ def collected(productions: Sequence[Sequence[_Priced]], elements: Elements) -> C
                 makers.append(partial(block.formula, index))
                 priors.append(prior)
     return Candidates(tuple(makers), columns[: len(makers)].T, -np.log(np.array(priors)), elements)
+
+
+def _in_order(productions: Sequence[Sequence[_Priced]], most: int) -> list[_Priced]:
+    """The columns in the order of their prices, elements first; those beyond a fair share of their production last."""
+    share = _fair_share([sum(part.block.size for part in parts) for parts in productions], most)
+    fair, beyond = list[_Priced](), list[_Priced]()
+    for parts in productions:
+        room = share
+        for block, price in sorted(parts, key=_rank):
+            first, rest = block.split(min(room, block.size))
+            fair.append(_Priced(first, price))
+            beyond.append(_Priced(rest, price))
+            room -= first.size
+    return [part for group in (fair, beyond) for part in sorted(group, key=_rank) if part.block.size]
+
+
+def _rank(part: _Priced) -> float:
+    return part.price if part.block.operators else 0.0
+
+
+def _fair_share(sizes: Sequence[int], most: int) -> int:
+    """Largest number of columns that each production may have so that all have room.
+
+    >>> _fair_share([10, 500, 300], 450)
+    220
+    """
+    room = most
+    for index, size in enumerate(sorted(sizes)):
+        share = room // (len(sizes) - index)
+        if size > share:
+            return share
+        room -= size
+    return max(sizes, default=0)
 
 
 def _forms(values: Floats) -> Iterator[tuple[int, bytes]]:

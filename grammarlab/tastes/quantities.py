@@ -28,6 +28,8 @@ Recipe: TypeAlias = Callable[..., Any]
 """Function of an operation (`applied` or `Formula.of`) and of operands."""
 MAX_TEXT = MAX_CHARACTERS // 4
 """Largest number of characters of a candidate: a function of it can be half an expression, and may name it twice."""
+MOST_COLUMNS = 1_000
+"""Largest number of columns of one recipe."""
 _BLOCK = 512
 """Number of columns that are made at once."""
 
@@ -79,6 +81,16 @@ class Block(NamedTuple):
     """[n, size] the columns."""
     formula: Callable[[int], Formula | Atom]
     """What a column is."""
+
+    def split(self, size: int) -> tuple[Block, Block]:
+        """The first columns, and the others."""
+        first = self._replace(size=size, values=lambda: self.values()[:, :size])
+        rest = self._replace(
+            size=self.size - size,
+            values=lambda: self.values()[:, size:],
+            formula=lambda index: self.formula(size + index),
+        )
+        return first, rest
 
 
 def is_short(feature: Feature) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
@@ -10,11 +12,13 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import join_forests
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.counts import count
-from grammarlab.features.patterns.pattern import Formula
+from grammarlab.features.patterns.pattern import Draw, Formula
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.chosen_candidates import chosen_candidates
+from grammarlab.tastes import aggregates, language
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.language import MAX_CANDIDATES, MAX_VALUES, PRODUCTIONS, candidates, priced
+from grammarlab.tastes.quantities import MOST_COLUMNS, Quantities, blocks
 from tests.tastes.grammars import GRAMMARS, READERS, elements_of, elements_of_long_names, forests_of
 
 
@@ -100,6 +104,33 @@ def test_repeats_change_nothing(grammar):
     assert once.formulas == again.formulas
     np.testing.assert_array_equal(once.values, again.values)
     np.testing.assert_array_equal(once.prices, again.prices)
+
+
+def test_of_too_many_candidates_each_production_keeps_its_cheapest(monkeypatch):
+    monkeypatch.setattr(language, "MAX_CANDIDATES", 40)
+    columns = np.random.default_rng(0).normal(size=(30, 3, 50))
+    cheap, costly, few = (Quantities([Draw(str(i))] * 50, columns[:, i]) for i in range(3))
+    made = {
+        "cheap": lambda _: blocks(lambda do, a: do("abs", a), [cheap], np.arange(50)[:, None]),
+        "costly": lambda _: blocks(lambda do, a: do("exp", do("abs", a)), [costly], np.arange(50)[:, None]),
+        "few": lambda _: blocks(lambda do, a: do("sqrt", do("exp", do("abs", a))), [few], np.arange(4)[:, None]),
+    }
+    elements = Elements.of_columns({}, 30)
+    sites = [formula.features[0].site for formula in candidates(elements, made).formulas]
+    assert Counter(sites) == {"0": 18, "1": 18, "2": 4}
+    monkeypatch.setattr(language, "MAX_CANDIDATES", 104)
+    assert len(candidates(elements, made).formulas) == 104
+
+
+def test_parts_of_many_wholes_are_boundedly_many():
+    rows = np.random.default_rng(0).uniform(1.0, 2.0, (41, 5))
+    draws = {f"{chr(ord('a') + i // 2) * 3} {i}": row for i, row in enumerate(rows[:40])} | {"aaa mast": rows[40]}
+    made = list(aggregates.parts_of_wholes(Elements.of_columns(draws, 5)))
+    assert MOST_COLUMNS < sum(block.size for block in made) <= 2 * MOST_COLUMNS
+    # Of those that are declared far away, what is called alike is kept.
+    texts = {str(block.formula(index)) for block in made for index in range(block.size)}
+    assert "$aaa mast / ($aaa 0 + $aaa 1)" in texts
+    assert "$aaa mast / ($bbb 2 + $bbb 3)" not in texts
 
 
 @pytest.mark.parametrize(("num_rules", "num_draws"), [(1, 3), (6, 30)])
