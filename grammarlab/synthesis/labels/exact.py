@@ -88,7 +88,13 @@ def least_energy(
         FacadeError: If no grid satisfies the constraints, or none was found.
     """
     problem = problem.within(demands.domain)
-    search = GridSearch(problem, demands, np.random.default_rng(seed), _dissimilarity(problem, examples), effort)
+    search = GridSearch(
+        problem=problem,
+        demands=demands,
+        generator=np.random.default_rng(seed),
+        dissimilarity=_dissimilarity(problem, examples),
+        effort=effort,
+    )
     bound, turned = _alone(problem, demands)
     for example in examples:
         if example.labels.shape == problem.kind.shape and (example.labels >= 0).all():
