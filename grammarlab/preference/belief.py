@@ -8,20 +8,23 @@ Cells have an evidence of their own, in which the search for their divisions has
 misjudge them in both directions. The evidence of a process is a maximum over kernels, so it is judged by held-out
 scores. Kernels are searched for again without them, since kernels that were found with them contain them.
 
-A process that predicts a mean score m with standard deviation s changes the distribution h of values to
+A process says which of the values of this person a design has: what it learned about the design multiplies the
+distribution h of values. What it learned is its prediction without its prior, which h replaces. A prior with mean 0 and
+variance k that becomes mean m and variance s^2 was told of a value m / r with variance s^2 / r, where r = 1 - s^2 / k
+is the share of the variance that is known (a product of normal densities). So h becomes
 
-    h(v) exp(-(m - e(v))^2 / 2 (s^2 + t^2)),
+    h(v) exp(-(m - r e(v))^2 / 2 (r s^2 + r^2 t^2)),
 
-with e(v) the mean score of a value: it says which of the values of this person a design has. Its likelihood is a mean
-over standard deviations t of what it misses. So it gains nothing by agreeing with h, and loses little if it is wrong
-about some scores.
+with e(v) the mean score of a value. The likelihood is a mean over standard deviations t of what the process misses. So
+it gains nothing by agreeing with h, says nothing where it knows nothing, and loses little if it is wrong about some
+scores.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
 from grammarlab.preference.cells.cells import grid_of
 from grammarlab.preference.held_out_share import some_labels
 from grammarlab.preference.person import NOISES, expected_score, log_likelihood
@@ -34,9 +37,9 @@ _MIN_ODDS = 3.0
 """Prior odds that nothing is explained, against a part that explains something, if there are many scores."""
 _ODDS_SCORES = 80.0
 """Number of scores times the prior odds, if there are few scores."""
-MISSES = (*NOISES, 36.0, 46.0)
-"""Standard deviations of what a process misses, in points: the spacing goes on up to that of predictions of which every
-fifth is wrong by the whole scale, 45, since a preference with few values jumps where a process does not."""
+MISSES = (*NOISES, 36.0, 46.0, 60.0, 80.0)
+"""Standard deviations of what a process misses, in points: the spacing goes on up to predictions that only lean to the
+right side, since a preference with few values jumps where a process does not."""
 _NUM_STARTS = 2
 """Number of starts of each search for kernels: with one, smooth preferences of many draws are missed."""
 
@@ -92,7 +95,7 @@ def process_gain(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flag
     fold = folds_of(rows, seed)
     if not fold.any():
         return 0.0
-    means, sds = np.zeros((2, len(scores)))
+    means, sds, informed = np.zeros((3, len(scores)))
     for number in range(int(fold.max()) + 1):
         out = fold == number
         process = grouped.fit(
@@ -101,10 +104,11 @@ def process_gain(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flag
         prediction = process.predict(rows[out])
         means[out] = prediction.mean
         sds[out] = np.sqrt(np.maximum(prediction.std**2 - process.noise_variance, 0.0))
-    return gain_of(unexplained(scores, fold, grid_of(scores)), scores, fold, means, sds)
+        informed[out] = np.clip(1.0 - sds[out] ** 2 / process.prior_variance, 0.0, 1.0)
+    return gain_of(unexplained(scores, fold, grid_of(scores)), scores, fold, means, sds, informed)
 
 
-def gain_of(flat: Unexplained, scores: Floats, fold: Ints, means: Floats, sds: Floats) -> float:
+def gain_of(flat: Unexplained, scores: Floats, fold: Ints, means: Floats, sds: Floats, informed: Floats) -> float:
     """Gain in nats of predictions of held-out scores on nothing explained.
 
     Args:
@@ -113,14 +117,16 @@ def gain_of(flat: Unexplained, scores: Floats, fold: Ints, means: Floats, sds: F
         fold: [n] part of each score, which `flat` and the predictions were made without.
         means: [n] predicted means of scores.
         sds: [n] >= 0, standard deviations of these means.
+        informed: [n] share of the prior variance that is known of each, 0 to 1.
     """
     likelihoods = np.exp(log_likelihood(scores, flat.grid, *flat.person).astype(np.float64))
     values = flat.held_out[fold]
-    away = (means[:, None] - expected_score(flat.grid, flat.person.noise, blunders=0.0)) ** 2
+    known = np.maximum(informed, ROUNDING)[:, None]
+    away = (means[:, None] - known * expected_score(flat.grid, flat.person.noise, blunders=0.0)) ** 2
     # A common factor changes nothing, and keeps the largest of each row at 1.
     away -= away.min(axis=1, keepdims=True)
-    variances = sds**2 + np.array(MISSES)[:, None] ** 2
-    tilted = values * np.exp(-0.5 * away / variances[:, :, None])
+    variances = known * sds[:, None] ** 2 + known**2 * np.array(MISSES)[:, None, None] ** 2
+    tilted = values * np.exp(-0.5 * away / variances)
     predicted = (tilted * likelihoods).sum(axis=2) / tilted.sum(axis=2)
     gains = np.log(predicted / (values * likelihoods).sum(axis=1)).sum(axis=1)
     return float(np.logaddexp.reduce(gains) - np.log(len(MISSES)))

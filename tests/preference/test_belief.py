@@ -40,26 +40,33 @@ def test_a_gain_is_the_likelihood_of_tilted_distributions():
     flat = unexplained(scores, fold, GRID)
     means, sds = randomness.uniform(0.0, 100.0, 10), randomness.uniform(1.0, 20.0, 10)
     likelihoods = np.exp(log_likelihood(scores, GRID, *flat.person).astype(float))
+    prior = randomness.uniform(500.0, 2000.0, 10)
+    # What a posterior was told beyond its prior of mean 0: precisions are subtracted.
+    precisions = 1.0 / sds**2 - 1.0 / prior
+    told = means / sds**2 / precisions
     total = 0.0
     for miss in MISSES:
         product = 1.0
         for i in range(10):
             before = flat.held_out[fold[i]]
-            away = means[i] - expected_score(GRID, flat.person.noise, 0.0)
-            after = before * np.exp(-0.5 * away**2 / (sds[i] ** 2 + miss**2))
+            away = told[i] - expected_score(GRID, flat.person.noise, 0.0)
+            after = before * np.exp(-0.5 * away**2 / (1.0 / precisions[i] + miss**2))
             product *= (after / after.sum()) @ likelihoods[i] / (before @ likelihoods[i])
         total += product / len(MISSES)
-    assert gain_of(flat, scores, fold, means, sds) == pytest.approx(np.log(total))
+    assert gain_of(flat, scores, fold, means, sds, 1.0 - sds**2 / prior) == pytest.approx(np.log(total))
 
 
 def test_predictions_that_say_nothing_gain_nothing_and_wrong_ones_lose():
     randomness = np.random.default_rng(2)
     scores, fold = randomness.choice([0.0, 80.0], 40), np.arange(40) % 8
     flat, right = unexplained(scores, fold, GRID), scores
-    assert gain_of(flat, scores, fold, np.full(40, 40.0), np.full(40, 1e6)) == pytest.approx(0.0, abs=1e-6)
-    exact = gain_of(flat, scores, fold, right, np.ones(40))
-    rough = gain_of(flat, scores, fold, np.clip(right, 25.0, 55.0), np.ones(40))
-    wrong = gain_of(flat, scores, fold, 80.0 - right, np.ones(40))
+    ones = np.ones(40)
+    assert gain_of(flat, scores, fold, 40.0 * ones, 1e6 * ones, ones) == pytest.approx(0.0, abs=1e-6)
+    # The prior of a process: most designs have a low mean, which is no reason to expect low scores of each.
+    assert gain_of(flat, scores, fold, 0.0 * ones, 30.0 * ones, 0.0 * ones) == pytest.approx(0.0, abs=1e-6)
+    exact = gain_of(flat, scores, fold, right, ones, ones)
+    rough = gain_of(flat, scores, fold, np.clip(right, 25.0, 55.0), ones, ones)
+    wrong = gain_of(flat, scores, fold, 80.0 - right, ones, ones)
     assert exact > rough > 5.0
     assert wrong < -20.0
 

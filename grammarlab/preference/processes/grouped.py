@@ -104,6 +104,11 @@ class GroupedPreference(AbstractPreference):
         """Variance of a score around the function, by the best explanation, in squared points."""
         return self.explanations[0].posterior.hyperparameters.noise
 
+    @property
+    def prior_variance(self) -> float:
+        """Variance of the function before any label, by the best explanation, in squared points."""
+        return self.explanations[0].posterior.hyperparameters.amplitude
+
     def column_weights(self) -> Floats:
         """[F] the weight of each column, averaged over the explanations."""
         weights = np.stack([explanation.posterior.hyperparameters.weights for explanation in self.explanations])
