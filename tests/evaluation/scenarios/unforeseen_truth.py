@@ -126,7 +126,9 @@ def thirds_arcade(m: Model) -> float:
 
 
 def weight_toy(m: Model) -> float:
-    shapes, colours = ([node.branch for node in m.root.find(symbol)] for symbol in ("MASS", "MESH2"))
+    shapes, colours = (
+        [node.branch for node in m.root.find(symbol) if node.branch is not None] for symbol in ("MASS", "MESH2")
+    )
     below, above = (
         m.draws[height] * (1, 0.8, 0.5)[shape] * (0.7, 1, 1.4)[colour]
         for height, shape, colour in zip(("h1", "h2"), shapes, colours, strict=True)

@@ -78,7 +78,7 @@ def test_where_rings_touch_every_edge_is_passed_once_and_bridges_lie_within(text
         passed = Counter(_arcs(points[walk]))
         passed.subtract(arc for ring in rings for arc in _arcs(ring))
         bridges = [arc for arc, times in passed.items() if times]
-        assert all(passed[arc] == passed[arc[::-1]] == 1 for arc in bridges)
+        assert all(passed[start, end] == passed[end, start] == 1 for start, end in bridges)
         for line in map(shapely.LineString, bridges):
             assert polygon.covers(line)
             assert polygon.boundary.intersection(line).length == 0.0
