@@ -37,9 +37,9 @@ _MIN_ODDS = 3.0
 """Prior odds that nothing is explained, against a part that explains something, if there are many scores."""
 _ODDS_SCORES = 80.0
 """Number of scores times the prior odds, if there are few scores."""
-MISSES = (*NOISES, 36.0, 46.0, 60.0, 80.0)
-"""Standard deviations of what a process misses, in points: the spacing goes on up to predictions that only lean to the
-right side, since a preference with few values jumps where a process does not."""
+MISSES = (*NOISES, 36.0, 46.0)
+"""Standard deviations of what a process misses, in points: the spacing goes on up to that of predictions of which every
+fifth is wrong by the whole scale, 45, since a preference with few values jumps where a process does not."""
 _NUM_STARTS = 2
 """Number of starts of each search for kernels: with one, smooth preferences of many draws are missed."""
 

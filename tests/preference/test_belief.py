@@ -68,7 +68,7 @@ def test_predictions_that_say_nothing_gain_nothing_and_wrong_ones_lose():
     rough = gain_of(flat, scores, fold, np.clip(right, 25.0, 55.0), ones, ones)
     wrong = gain_of(flat, scores, fold, 80.0 - right, ones, ones)
     assert exact > rough > 5.0
-    assert wrong < -10.0
+    assert wrong < -20.0
 
 
 @pytest.mark.parametrize("seed", range(3))

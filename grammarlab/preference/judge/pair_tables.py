@@ -77,7 +77,8 @@ def _explained(numbers: Ints, centred: Floats) -> tuple[Floats, Floats]:
         places = starts[here] - starts[one], starts[one:] - starts[one]
         shares[here, one:] = _of_tables(sums**2 / np.maximum(counts, 1.0), *places)
         cells[here, one:] = _of_tables((counts > 0.0).astype(np.float64), *places)
-    return shares / (centred @ centred), cells
+    # Scores may differ by less than any normal number.
+    return shares / max(float(centred @ centred), np.finfo(np.float64).tiny), cells
 
 
 def _of_tables(cells: Floats, rows: Ints, columns: Ints) -> Floats:
