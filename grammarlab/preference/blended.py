@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.hermite_e import hermegauss
 from numpy.typing import ArrayLike
 
 from grammarlab.arrays import Floats
@@ -37,7 +36,7 @@ from grammarlab.preference.judge.labelled_columns import selected
 from grammarlab.preference.lines import line_preference
 from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
-from grammarlab.preference.person import NOISES, Person, value_of
+from grammarlab.preference.person import NOISES, Person, mean_value
 from grammarlab.preference.processes import grouped
 from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.unexplained import Unexplained, folds_of, unexplained
@@ -52,8 +51,6 @@ _SD_PER_MEDIAN = 1.4826
 _MAX_NOISE_FACTOR = 2.0
 """Largest factor on the noise of a process, which explains some noise by its function, and on the errors on held-out
 scores; both miss noise clipped at 0."""
-_NUM_NODES = 15
-"""Number of nodes of means over a normal distribution. More are only slower."""
 
 
 class _Levels(NamedTuple):
@@ -121,9 +118,8 @@ class BlendedPreference(AbstractPreference):
         variance = np.maximum(prediction.std**2 - noise_variance, 0.0)
         # While all scores are 0, a process knows no scale, and its deviations are a convention.
         knows_deviations = not self._is_compared and bool(np.any(self.process.observations.means > 0.0))
-        nodes, masses = hermegauss(_NUM_NODES if knows_deviations else 1)
-        values = value_of(prediction.mean + nodes[:, None] * np.sqrt(variance), *self.person)
-        return Prediction(masses @ values / masses.sum(), np.sqrt(variance + self.noise**2))
+        values = mean_value(prediction.mean, np.sqrt(variance * knows_deviations), *self.person)
+        return Prediction(values, np.sqrt(variance + self.noise**2))
 
     @property
     def _is_compared(self) -> bool:

@@ -27,6 +27,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.hermite_e import hermegauss
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
@@ -67,6 +68,8 @@ TIE_DIFFERENCE = 5.0
 """Difference in points below which a person who uses ties calls two models equal."""
 _MIN_LIKELIHOOD = 1e-12
 """Smallest likelihood of a score, for any noise."""
+_NUM_NODES = 15
+"""Number of nodes of means over a normal distribution. More are only slower."""
 
 Singles = NDArray[np.float32]
 
@@ -229,6 +232,12 @@ def value_of(scores: Floats, noise: float, blunders: float) -> Floats:
     """[m] values with the given mean scores: the inverse of `expected_score`, within 0 to 100."""
     values = np.linspace(0.0, MAX_SCORE, 401)
     return np.interp(scores, expected_score(values, noise, blunders), values)
+
+
+def mean_value(means: Floats, sds: Floats, noise: float, blunders: float = 0.0) -> Floats:
+    """[m] mean of values whose mean score is normal, with given means [m] and standard deviations [m]."""
+    nodes, masses = hermegauss(_NUM_NODES)
+    return masses @ value_of(means + nodes[:, None] * sds, noise, blunders) / masses.sum()
 
 
 def _density(deviations: Floats) -> Floats:

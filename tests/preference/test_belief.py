@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from grammarlab.preference.belief import MISSES, belief, believed, gain_of, process_gain
-from grammarlab.preference.person import expected_score, log_likelihood
+from grammarlab.preference.belief import belief, believed, gain_by_misses, gain_by_shares, process_gain
+from grammarlab.preference.held_out_share import PROCESS_SHARES
+from grammarlab.preference.person import NOISES, expected_score, log_likelihood
 from grammarlab.preference.unexplained import unexplained
 
 GRID = np.arange(0.0, 101.0, 5.0)
@@ -34,7 +35,7 @@ def test_what_is_nearly_certain_is_certain():
     assert [believed(0.5, 0.0, cells)[1] for cells in (0.04, 0.06, 0.94, 0.96)] == pytest.approx([1.0, 0.94, 0.06, 0.0])
 
 
-def test_a_gain_is_the_likelihood_of_tilted_distributions():
+def test_a_gain_by_misses_is_the_likelihood_of_tilted_distributions():
     randomness = np.random.default_rng(1)
     scores, fold = randomness.choice([0.0, 30.0, 100.0], 10), np.arange(10) % 5
     flat = unexplained(scores, fold, GRID)
@@ -45,15 +46,45 @@ def test_a_gain_is_the_likelihood_of_tilted_distributions():
     precisions = 1.0 / sds**2 - 1.0 / prior
     told = means / sds**2 / precisions
     total = 0.0
-    for miss in MISSES:
+    for miss in NOISES:
         product = 1.0
         for i in range(10):
             before = flat.held_out[fold[i]]
             away = told[i] - expected_score(GRID, flat.person.noise, 0.0)
             after = before * np.exp(-0.5 * away**2 / (1.0 / precisions[i] + miss**2))
             product *= (after / after.sum()) @ likelihoods[i] / (before @ likelihoods[i])
-        total += product / len(MISSES)
-    assert gain_of(flat, scores, fold, means, sds, 1.0 - sds**2 / prior) == pytest.approx(np.log(total))
+        total += product / len(NOISES)
+    assert gain_by_misses(flat, scores, fold, means, sds, 1.0 - sds**2 / prior) == pytest.approx(np.log(total))
+
+
+def test_a_gain_by_shares_is_the_likelihood_of_distributions_with_the_mean_of_a_mixture():
+    randomness = np.random.default_rng(3)
+    grid, scores, fold = np.array([0.0, 90.0]), randomness.choice([0.0, 30.0, 100.0], 10), np.arange(10) % 5
+    flat = unexplained(scores, fold, grid)
+    ratios = randomness.uniform(0.5, 1.0, 10)
+    likelihoods = np.exp(log_likelihood(scores, grid, *flat.person).astype(float))
+    total = 0.0
+    for share in PROCESS_SHARES[1:]:
+        product = 1.0
+        for i in range(10):
+            # Of two values, the mean is the probability of the second times this value.
+            liked = flat.held_out[fold[i], 1] * (1.0 - share + share * ratios[i])
+            before = flat.held_out[fold[i]] @ likelihoods[i]
+            product *= np.array([1.0 - liked, liked]) @ likelihoods[i] / before
+        total += product / (len(PROCESS_SHARES) - 1)
+    assert gain_by_shares(flat, scores, fold, ratios) == pytest.approx(np.log(total))
+
+
+def test_shares_see_where_the_liked_designs_are_though_every_value_is_missed():
+    randomness = np.random.default_rng(4)
+    ratios = np.repeat([0.2, 1.8], 60)
+    scores = np.where(randomness.random(120) < 0.2 * ratios, 100.0, 0.0)
+    fold, ones = np.arange(120) % 8, np.ones(120)
+    flat = unexplained(scores, fold, GRID)
+    assert gain_by_shares(flat, scores, fold, ratios) > 4.0
+    assert gain_by_misses(flat, scores, fold, 20.0 * ratios, ones, ones) < -10.0
+    assert gain_by_shares(flat, scores, fold, ones) == pytest.approx(0.0, abs=1e-9)
+    assert gain_by_shares(flat, scores, fold, 2.0 - ratios) < -1.0
 
 
 def test_predictions_that_say_nothing_gain_nothing_and_wrong_ones_lose():
@@ -61,12 +92,12 @@ def test_predictions_that_say_nothing_gain_nothing_and_wrong_ones_lose():
     scores, fold = randomness.choice([0.0, 80.0], 40), np.arange(40) % 8
     flat, right = unexplained(scores, fold, GRID), scores
     ones = np.ones(40)
-    assert gain_of(flat, scores, fold, 40.0 * ones, 1e6 * ones, ones) == pytest.approx(0.0, abs=1e-6)
+    assert gain_by_misses(flat, scores, fold, 40.0 * ones, 1e6 * ones, ones) == pytest.approx(0.0, abs=1e-6)
     # The prior of a process: most designs have a low mean, which is no reason to expect low scores of each.
-    assert gain_of(flat, scores, fold, 0.0 * ones, 30.0 * ones, 0.0 * ones) == pytest.approx(0.0, abs=1e-6)
-    exact = gain_of(flat, scores, fold, right, ones, ones)
-    rough = gain_of(flat, scores, fold, np.clip(right, 25.0, 55.0), ones, ones)
-    wrong = gain_of(flat, scores, fold, 80.0 - right, ones, ones)
+    assert gain_by_misses(flat, scores, fold, 0.0 * ones, 30.0 * ones, 0.0 * ones) == pytest.approx(0.0, abs=1e-6)
+    exact = gain_by_misses(flat, scores, fold, right, ones, ones)
+    rough = gain_by_misses(flat, scores, fold, np.clip(right, 25.0, 55.0), ones, ones)
+    wrong = gain_by_misses(flat, scores, fold, 80.0 - right, ones, ones)
     assert exact > rough > 5.0
     assert wrong < -20.0
 
