@@ -128,11 +128,12 @@ class ExpressionChecker:
             return frozenset({builtins.attributes()[name]})
         if name in builtins.functions():
             return self._builtin(name, (), node.location, scope)
-        alias, rest = self.symbols.library_of(name)
-        if alias:
-            library = self.symbols.libraries[alias]
-            if library is not None and not library.is_value(rest):
-                self._unknown(node, [f"{alias}.{value}" for value in (*library.attributes, *library.functions)])
+        library = self.symbols.library_of(name)
+        if library is not None:
+            symbols = library.symbols
+            if symbols is not None and not symbols.is_value(library.rest):
+                values = (*symbols.attributes, *symbols.functions)
+                self._unknown(node, [f"{library.alias}.{value}" for value in values])
             return ANY
         if name not in self.symbols.broken:
             defined = (*scope.locals, *scope.selectors, *self.symbols.attributes, *self.symbols.functions)
@@ -174,11 +175,10 @@ class ExpressionChecker:
             return self._builtin(node.function, node.arguments, node.location, scope)
         for argument in node.arguments:
             self.value(argument, scope.plain())
-        alias, rest = self.symbols.library_of(node.function)
-        if alias:
-            library = self.symbols.libraries[alias]
-            if library is not None and rest not in library.functions:
-                library_functions = [f"{alias}.{name}" for name in library.functions]
+        library = self.symbols.library_of(node.function)
+        if library is not None:
+            if library.symbols is not None and library.rest not in library.symbols.functions:
+                library_functions = [f"{library.alias}.{name}" for name in library.symbols.functions]
                 self._unknown_function(node, library_functions)
             return ANY
         if node.function not in self.symbols.broken:

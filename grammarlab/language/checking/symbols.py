@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 
 from grammarlab.errors import Finding, Location, Severity
@@ -79,15 +79,35 @@ class Symbols:
     broken: frozenset[str] = frozenset()
     """Names in definitions with syntax errors, which may define them."""
 
-    def library_of(self, name: str) -> tuple[str, str]:
-        """The alias at the beginning of a dotted name, and the rest; the alias is empty if there is none."""
+    def library_of(self, name: str) -> Library | None:
+        """The imported file that a dotted name begins with; None if there is none.
+
+        A name may lead through imports of imports: ``distributor.Plant.Generate`` is the rule of the file that the
+        file ``distributor`` imports as ``Plant``.
+        """
         dots = (i for i, character in enumerate(name) if character == "." and name[:i] in self.libraries)
         dot = next(dots, 0)
-        return (name[:dot], name[dot + 1 :]) if dot else ("", name)
+        if not dot:
+            return None
+        alias, rest, symbols = name[:dot], name[dot + 1 :], self.libraries[name[:dot]]
+        inner = symbols.library_of(rest) if symbols is not None else None
+        return Library(alias, rest, symbols) if inner is None else replace(inner, alias=f"{alias}.{inner.alias}")
 
     def is_value(self, name: str) -> bool:
         """Whether a name without arguments has a value: an attribute, constant or function without parameters."""
         return name in self.attributes or 0 in self.functions.get(name, {})
+
+
+@dataclass(frozen=True, slots=True)
+class Library:
+    """The imported file of a dotted name."""
+
+    alias: str
+    """The beginning of the name that means the file."""
+    rest: str
+    """The name within that file."""
+    symbols: Symbols | None
+    """Definitions of the file; None if it was not read."""
 
 
 def collect(tree: RuleFile, libraries: Mapping[str, Symbols | None], broken: frozenset[str] = frozenset()) -> Symbols:

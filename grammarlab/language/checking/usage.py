@@ -8,7 +8,7 @@ from dataclasses import replace
 from grammarlab.language.checking.call_forms import check_arguments, note_keyword
 from grammarlab.language.checking.inference import ExpressionChecker
 from grammarlab.language.checking.percentages import constant
-from grammarlab.language.checking.symbols import suggestion
+from grammarlab.language.checking.symbols import Library, suggestion
 from grammarlab.language.syntax import builtins
 from grammarlab.language.syntax.keywords import FLOAT, Scope, in_words
 from grammarlab.language.syntax.syntax_tree import (
@@ -110,20 +110,19 @@ class BodyChecker:
                 message = f"the rule {name} takes {counts} arguments, found {len(item.arguments)}: the shape ends here"
                 self.remarks.warning("wrong-arity", item.location, message, f"or write a rule {_headline(item)} --> …")
             return
-        alias, rest = self.symbols.library_of(name)
-        if alias:
-            self._library_rule(item, alias, rest)
+        library = self.symbols.library_of(name)
+        if library is not None:
+            self._library_rule(item, library)
         elif name not in self.symbols.broken:
             self._terminal(item)
 
-    def _library_rule(self, item: Invoke, alias: str, rest: str) -> None:
-        library = self.symbols.libraries[alias]
-        if library is None:
+    def _library_rule(self, item: Invoke, library: Library) -> None:
+        if library.symbols is None:
             return
-        arities = library.rules.get(rest)
+        arities = library.symbols.rules.get(library.rest)
         if arities is None:
-            message = f"the import {alias} has no rule {rest}"
-            valid_names = [f"{alias}.{rule}" for rule in library.rules]
+            message = f"the import {library.alias} has no rule {library.rest}"
+            valid_names = [f"{library.alias}.{rule}" for rule in library.symbols.rules]
             self.remarks.error("unknown-name", item.location, message, suggestion(item.name, valid_names))
         elif len(item.arguments) not in arities:
             counts = " or ".join(map(str, sorted(arities)))
@@ -233,9 +232,9 @@ class BodyChecker:
             self.remarks.error("unknown-selector", head.location, message, hint)
 
     def _has_value(self, name: str, scope: Scope) -> bool:
-        alias, _ = self.symbols.library_of(name)
+        library = self.symbols.library_of(name)
         is_value = name in scope.locals or self.symbols.is_value(name) or name in builtins.attributes()
-        return is_value or bool(alias) or name in self.symbols.broken or name in builtins.functions()
+        return is_value or library is not None or name in self.symbols.broken or name in builtins.functions()
 
 
 def _headline(item: Invoke) -> str:

@@ -8,7 +8,7 @@ import re
 import pytest
 
 from grammarlab.errors import LanguageError
-from grammarlab.language.checking.check import check_files
+from grammarlab.language.checking.check import check, check_files
 from grammarlab.language.grammar import read_text
 from grammarlab.language.importing import load
 
@@ -124,3 +124,18 @@ def test_a_link_to_itself_is_an_error(tmp_path):
     (tmp_path / "loop.cga").symlink_to("loop.cga")
     with pytest.raises(LanguageError, match="cannot read the rule file"):
         check_files(tmp_path / "loop.cga", "loop.cga")
+
+
+def test_names_lead_through_the_imports_of_imports(tmp_path):
+    names = "{p}Generate {p}G({p}X + {p}f(2)) set({p}X, 9)"
+    main = write(
+        tmp_path,
+        main=f'import d : "distributor.cga"\nLot --> {names.format(p="d.Plant.")} d.Plant.Genrate d.Plant.G(d.Plant.Y)',
+        distributor=f'import Plant : "plant.cga"\nDo --> {names.format(p="Plant.")}',
+        plant="attr X = 3\nf(a) = a * 2\nGenerate --> extrude(X)\nG(n) --> extrude(n)",
+    )
+    assert codes(main) == {"main.cga": ["unknown-name"] * 2, "distributor.cga": [], "plant.cga": []}
+    assert check(load(main)) == check_files(main, str(main))[0].findings
+    first, second = check_files(main, "main.cga")[0].findings
+    assert (first.message, first.hint) == ("the import d.Plant has no rule Genrate", "did you mean 'd.Plant.Generate'?")
+    assert second.message == "unknown name 'd.Plant.Y'"
