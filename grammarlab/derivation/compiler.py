@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 
 from grammarlab.derivation.array_expressions import makes_arrays
 from grammarlab.derivation.calls.texture_transfer import PIVOT_POSITION
@@ -40,6 +41,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Call,
     Choice,
     Expression,
+    Function,
     Invoke,
     Name,
     Node,
@@ -129,7 +131,7 @@ class _Compilation:
         self._has_trim_planes = _has_trim_planes(self._rule_nodes, self._invoked)
         calls = {key: self._invoked[key] & self._rules.keys() for key in self._rules}
         liveness = Liveness.of(grammar, calls, self._acts, self._has_trim_planes)
-        self._successors = Successors(symbols, self._rules, self._draws, liveness)
+        self._successors = Successors(symbols, self._rules, self._draws, liveness, self._renewed)
         self._branches = enumerate(self._numbering.branches)
 
     def program(self) -> Program:
@@ -250,6 +252,26 @@ class _Compilation:
         }
         return _spread(drawing, self._invoked)
 
+    def _renewed(self, item: Invoke) -> tuple[str, ...]:
+        """Attributes of an imported file that depend on those that a call redefines, each after those it reads."""
+        redefined = frozenset(_redefined(item))
+        prefix = f"{item.name.rpartition('.')[0]}."
+        if redefined.isdisjoint(self._grammar.attributes):
+            return ()
+        changed = _spread(set(redefined & self._references.keys()), self._references) - redefined
+        return tuple(key for key in self._order if isinstance(key, str) and key in changed and key.startswith(prefix))
+
+    @cached_property
+    def _references(self) -> dict[str | SymbolKey, list[str | SymbolKey]]:
+        """What the values of attributes, by name, and of functions, by symbol, may read of both."""
+        definitions = {**self._grammar.attributes, **self._grammar.functions}
+        return {key: [name for name in _named(value) if name in definitions] for key, value in definitions.items()}
+
+    @cached_property
+    def _order(self) -> tuple[str | SymbolKey, ...]:
+        """Attributes and functions, each after those that it reads."""
+        return tuple(key for group in groups(self._references) for key in group)
+
     def _state_names(self) -> frozenset[str]:
         read = {node.identifier for node in self._nodes if isinstance(node, Name)}
         invoked = [node for node in self._nodes if isinstance(node, Invoke)]
@@ -258,12 +280,7 @@ class _Compilation:
             for node in invoked
             if node.name == "set" and node.arguments and isinstance(node.arguments[0], Name)
         }
-        changed |= {
-            override_name(node, override)
-            for node in invoked
-            for override in node.overrides or ()
-            if isinstance(override, Attribute)
-        }
+        changed |= {name for node in invoked if node.overrides for name in (*_redefined(node), *self._renewed(node))}
         asks = (
             not read.isdisjoint(ASK_FOR_PIVOT)
             or any(isinstance(node, Call) and node.function == "convert" for node in self._nodes)
@@ -272,6 +289,11 @@ class _Compilation:
         names = (read & STATE_DEFAULTS.keys()) | (changed & self._grammar.attributes.keys())
         names |= set(PIVOT_POSITION) if asks else set()
         return frozenset(names | ({ASSET_MATERIAL} if any(map(_asks_for_asset_material, self._nodes)) else set()))
+
+
+def _redefined(item: Invoke) -> Iterator[str]:
+    """Full names of the attributes that a call redefines."""
+    return (override_name(item, each) for each in item.overrides or () if isinstance(each, Attribute))
 
 
 def _invoked(nodes: Iterable[Node]) -> Iterator[SymbolKey]:
@@ -395,6 +417,13 @@ def _called(node: Node) -> SymbolKey | None:
     if isinstance(node, Call):
         return node.function, len(node.arguments)
     return (node.identifier, 0) if isinstance(node, Name) else None
+
+
+def _named(definition: Attribute | Function) -> Iterator[str | SymbolKey]:
+    """Attributes, by name, and functions, by symbol, that the value of a definition may read."""
+    for part in (definition.value, *definition.variables):
+        for called in filter(None, map(_called, walk(part))):
+            yield from (called[0], called)
 
 
 def _spread(drawing: set, calls: Mapping) -> frozenset:

@@ -18,7 +18,7 @@ from grammarlab.derivation.calls.modifying import UNTOUCHED, RowNames, recompose
 from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
 from grammarlab.derivation.liveness import INDEX, SHOWN, Liveness
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
-from grammarlab.derivation.state.shapes import Shapes, child_keys, part_keys
+from grammarlab.derivation.state.shapes import Shapes, Value, child_keys, part_keys
 from grammarlab.derivation.state.surroundings import visible
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
@@ -86,6 +86,8 @@ class Successors:
     draws: Callable[[Node], bool]
     """Whether a part of the syntax tree, or anything derived from it, may draw random numbers."""
     liveness: Liveness
+    renewed: Callable[[Invoke], tuple[str, ...]]
+    """Attributes that a call with new values of attributes evaluates again, in the order of their evaluation."""
 
 
 def run_branches(body: Branching[Operations], shapes: Shapes, workspace: Workspace) -> None:
@@ -331,15 +333,16 @@ class SequenceCompiler:
         if rule is None:
             return _leaf(symbol, child, in_block)
         draws = self._successors.draws(item)
+        renewed = self._successors.renewed(item) if item.overrides is not None else ()
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
             values = tuple([argument(shapes, workspace) for argument in arguments])
             key = child_keys(shapes.key, child) if draws else None
             nodes = workspace.recorder.add_children(shapes, symbol, child, in_block)
             made = shapes.as_children(nodes, key, values)
-            if overrides:
-                state = {name: code(shapes, workspace) for name, code in overrides.items()}
-                made = made._replace(state={**made.state, **state})
+            if item.overrides is not None:
+                values_at_call = {name: code(shapes, workspace) for name, code in overrides.items()}
+                made = _reinitialised(made, item, values_at_call, renewed, workspace)
             workspace.pending[rule].append(made)
             return shapes
 
@@ -393,6 +396,26 @@ def _per_edge(item: Block) -> tuple[Expression, ...]:
 def override_name(item: Invoke, attribute: syntax.Attribute) -> str:
     """Full name of an attribute of the file that an imported rule is in."""
     return f"{item.name.rpartition('.')[0]}.{attribute.name}"
+
+
+def _reinitialised(
+    shapes: Shapes, item: Invoke, values: Mapping[str, Value], renewed: Sequence[str], workspace: Workspace
+) -> Shapes:
+    """Shapes [N] with the attributes of an imported file as a call of one of its rules redefines them.
+
+    All attributes of the file have their values before any rule again, except for those redefined at the call and those
+    computed from them, which are evaluated once more on the initial shape. Their random parts are those of the model,
+    whose draws are recorded already.
+    """
+    prefix = f"{item.name.rpartition('.')[0]}."
+    roots = workspace.roots.take(shapes.model)
+    first = {name: value for name, value in roots.state.items() if name.startswith(prefix)}
+    state = {**shapes.state, **first, **values}
+    with workspace.recorder.without_draws():
+        for name in renewed:
+            initial = roots._replace(state={**roots.state, **state})
+            state[name] = workspace.attributes[name].code(initial, workspace)
+    return shapes._replace(state=state)
 
 
 def _bracket(body: Branching[Operations]) -> Step:

@@ -162,3 +162,27 @@ def test_more_copies_of_files_than_allowed_are_refused(tmp_path):
     files = {f"l{i}": f'import a : "l{i + 1}.cga"\nimport b : "l{i + 1}.cga"\nX --> a.X b.X' for i in range(12)}
     with pytest.raises(LanguageError, match="at most 200 copies"):
         link(tmp_path, main='import a : "l0.cga"\nLot --> a.X', l12="X --> NIL", **files)
+
+
+COMPUTED = (
+    "const c = 3\nattr a = 2\nf = a + 1\nattr d = c * f\nattr e = d + 1\nattr z = 5\n"
+    "Lot --> Part(a) Part(c) Part(d) Part(e) Part(z)\nPart(h) --> s(1, h, 1) A."
+)
+
+
+@pytest.mark.parametrize("values", ["", "a = 5", "c = 7, z = 1", "c = 7, a = 5", "d = 4", "e = 1", "f = 2, a = 8"])
+def test_a_call_that_redefines_attributes_is_as_an_import_with_these_values(tmp_path, values):
+    calls = f"Lot --> set(b.z, 9) set(b.d, 8) b({values}).Lot"
+    called = link(tmp_path, main=f'import b : "lib.cga"\n{calls}', lib=COMPUTED)
+    # a constant cannot be redefined by an import, so the other file says its value itself
+    constant = COMPUTED.replace("const c = 3", f"const c = {7 if 'c =' in values else 3}")
+    imported = link(tmp_path, main=f'import b : "lib.cga" ({values})\nLot --> b.Lot', lib=constant)
+    assert heights(called) == heights(imported)
+
+
+def test_random_parts_of_attributes_that_a_call_evaluates_again_are_those_of_the_model(tmp_path):
+    library = "attr a = 2\nattr d = a + rand(0, 1)\nLot --> s(1, d, 1) A."
+    text = link(tmp_path, main='import b : "lib.cga"\nLot --> b.Lot b(a = 5).Lot b(a = 2).Lot', lib=library)
+    first, second, third = heights(text)
+    assert first == third == pytest.approx(second - 3)
+    assert len(derive(Grammar.parse(text), 1, seed=0).draws.value) == 1

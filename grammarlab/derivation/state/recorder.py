@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,6 +122,15 @@ class Recorder:
     def add_draw(self, shapes: Shapes, site: int, values: Floats, log_density: float | Floats) -> None:
         """Record one draw [N] for each shape."""
         self._draws.append((shapes.node, site, values, log_density))
+
+    @contextmanager
+    def without_draws(self) -> Iterator[None]:
+        """Forgets the draws of a block, which evaluates again what is evaluated and recorded already."""
+        count = len(self._draws)
+        try:
+            yield
+        finally:
+            del self._draws[count:]
 
     def add_report(self, nodes: Ids, key: str, values: Floats) -> None:
         """Record one reported number [N] for a shape of each node [N]."""
