@@ -207,7 +207,9 @@ class Liveness:
                 return self._read_by_block(item)
             case Scatter() | Inline():
                 arguments = item.arguments if isinstance(item, Scatter) else ()
-                return SHOWN | self._before_part(item.body) | self.read_by(*arguments)
+                second = item.second if isinstance(item, Inline) else None
+                read = self._before_part(second) if second is not None else NONE
+                return SHOWN | self._before_part(item.body) | self.read_by(*arguments) | read
 
     def _read_by_operation(self, item: Invoke) -> Properties:
         if item.name == "set":

@@ -313,7 +313,9 @@ class SequenceCompiler:
         return step
 
     def _combine(self, item: syntax.Inline) -> Step:
-        """Code for ``union``, ``subtract`` and ``intersect`` of the current shape and the shapes of a body."""
+        """Code for ``union``, ``subtract`` and ``intersect``: of two bodies, or of the current shape and one."""
+        if item.second is not None:
+            return self._combine_bodies(item, item.second)
         body, location = self.body(item.body, in_block=True, is_part=False), item.location
         operation = cast("Literal['union', 'subtract', 'intersect']", item.operation)
         is_swapped = item.strategy == "swap"
@@ -321,6 +323,19 @@ class SequenceCompiler:
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
             leaves = derived_at_once(partial(run_branches, body), shapes, workspace, location)
             return combined_shapes(shapes, leaves, operation, is_swapped, workspace, location)
+
+        return step
+
+    def _combine_bodies(self, item: syntax.Inline, second: syntax.Sequence) -> Step:
+        """Code for ``union { A | B }``: both operands are made of the current shape."""
+        bodies = [self.body(body, in_block=True, is_part=False) for body in (item.body, second)]
+        operation = cast("Literal['union', 'subtract', 'intersect']", item.operation)
+        location = item.location
+
+        def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
+            first, tool = [derived_at_once(partial(run_branches, body), shapes, workspace, location) for body in bodies]
+            target = merged(shapes, first, "unify", workspace, location)
+            return combined_shapes(target, tool, operation, False, workspace, location)
 
         return step
 

@@ -256,6 +256,9 @@ class _Formatter:
                 return self._group(item.remainder, indent)
             case Scoped() | Scatter() | Inline():
                 self._choice(item.body, indent + _STEP, rule=True)
+                if isinstance(item, Inline) and item.second is not None:
+                    self.lines.append(f"{indent}|")
+                    self._choice(item.second, indent + _STEP, rule=True)
                 return indent + ("]" if isinstance(item, Scoped) else "}" if _braced(item) else "").rstrip()
         return ""
 

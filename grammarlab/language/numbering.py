@@ -205,6 +205,8 @@ class _Reader:
                 self._choice(part.body, None, False)
         elif isinstance(item, Inline):
             self._choice(item.body, None, False)
+            if item.second is not None:
+                self._choice(item.second, None, False)
         elif isinstance(item, Scatter):
             self.blocks += [item.location, item.location]
             self._choice(item.body, None, False)

@@ -107,6 +107,7 @@ def _operations(inner):
         st.builds(Scatter, _tuples(expressions, 1, 2), inner),
         st.builds(Inline, st.just("inline"), st.sampled_from(["", "append"]), single),
         st.builds(Inline, st.sampled_from(["union", "subtract", "intersect"]), st.sampled_from(["", "swap"]), single),
+        st.builds(Inline, st.sampled_from(["union", "subtract", "intersect"]), st.just(""), single, single),
     )
     sequences = st.builds(Sequence, _tuples(items, 1, 3))
     return st.one_of(sequences, _choices(expressions, sequences))

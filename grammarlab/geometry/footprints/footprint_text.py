@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import shapely
 
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.extras import require
-from grammarlab.files import existing
+from grammarlab.files import existing, open_regular, read_bounded
 from grammarlab.geometry.footprints.crs import LOCAL, Crs, crs_of_code
 from grammarlab.geometry.footprints.footprint import Footprint, FootprintMap, Outline, Remark, Source
 from grammarlab.geometry.footprints.geojson import read_geojson
@@ -27,6 +28,9 @@ _MAX_NESTING = 64
 """Largest depth of parentheses."""
 _MAX_SURFACES = 64
 """Largest number of surfaces in a text."""
+_HEAD_BYTES = 256
+_MAX_FILE_BYTES = 16 << 20
+"""Largest size of a file of WKT."""
 _START = re.compile(
     r"\s*(SRID\s*=|(MULTI)?(POINT|LINESTRING|POLYGON|SURFACE|CURVE)|GEOMETRYCOLLECTION|CURVEPOLYGON|COMPOUNDCURVE"
     r"|CIRCULARSTRING|TRIANGLE|TIN|POLYHEDRALSURFACE|GEOMETRY)\s*(Z|M|ZM)?\s*(\(|EMPTY|[-+\d]|$)",
@@ -36,8 +40,10 @@ _SRID = re.compile(r"\s*SRID\s*=\s*(-?\d{1,9})\s*;\s*(.*)", re.IGNORECASE | re.D
 _CURVES = re.compile(r"CIRCULARSTRING|COMPOUNDCURVE|MULTICURVE|CLOTHOID|SPIRAL", re.IGNORECASE)
 _SOLIDS = re.compile(r"\b(TRIANGLE|TIN|POLYHEDRALSURFACE)", re.IGNORECASE)
 _SIZE = re.compile(r"\s*(\d{1,30}(?:\.\d{1,30})?)\s*[xX×]\s*(\d{1,30}(?:\.\d{1,30})?)\s*")
-_SUFFIXES = (".geojson", ".json", ".geojsonl", ".geojsons", ".geojsonseq", ".ndjson", ".jsonl")
-_EXPECTED = "expected WIDTHxDEPTH in metres (20x12), WKT (POLYGON ((0 0, 20 0, 20 12, 0 12, 0 0))) or a .geojson file"
+_SUFFIXES = (".wkt", ".geojson", ".json", ".geojsonl", ".geojsons", ".geojsonseq", ".ndjson", ".jsonl")
+_EXPECTED = (
+    "expected WIDTHxDEPTH in metres (20x12), WKT (POLYGON ((0 0, 20 0, 20 12, 0 12, 0 0))) or a file of WKT or GeoJSON"
+)
 
 
 def read_footprints(text: str) -> tuple[Footprint, ...]:
@@ -46,8 +52,8 @@ def read_footprints(text: str) -> tuple[Footprint, ...]:
     A Python warning lists what is left out of a file: lines, points, and polygons that cannot be used.
 
     Args:
-        text: ``20x12``; WKT in metres, or with ``SRID=…;`` before it; or the path of a file of GeoJSON, of GeoJSON
-            lines or of a GeoJSON text sequence (RFC 8142); with the extra ``city``, of a GeoPackage, Shapefile,
+        text: ``20x12``; WKT in metres, or with ``SRID=…;`` before it; or the path of a file of WKT, of GeoJSON, of
+            GeoJSON lines or of a GeoJSON text sequence (RFC 8142); with the extra ``city``, of a GeoPackage, Shapefile,
             FlatGeobuf or CityJSON file, with ``:LAYER`` behind it if it has several layers.
 
     Raises:
@@ -116,6 +122,10 @@ def _read_file(path: Path, layer: str | None) -> Source:
     Raises:
         AssetError: If it cannot be used, or needs the extra ``city`` and this is missing.
     """
+    if path.suffix.lower() not in VECTOR_SUFFIXES and _is_wkt(_beginning(path)):
+        if layer is not None:
+            raise UsageError(f"{path}: WKT has no layers; leave out ':{layer[:80]}'.")
+        return replace(_read_wkt(_text_of(path), _EXPECTED), name=str(path))
     if path.suffix.lower() not in VECTOR_SUFFIXES and not is_cityjson(path):
         if layer is not None:
             raise UsageError(f"{path}: GeoJSON has no layers; leave out ':{layer[:80]}'.")
@@ -131,6 +141,19 @@ def _read_file(path: Path, layer: str | None) -> Source:
     from grammarlab.geometry.footprints.map_source import read_map  # noqa: PLC0415  # rare
 
     return read_map(path, layer)
+
+
+def _beginning(path: Path) -> str:
+    """The first characters of a regular file, without a byte order mark."""
+    with open_regular(path) as file:
+        return file.read(_HEAD_BYTES).decode("utf-8-sig", errors="replace")
+
+
+def _text_of(path: Path) -> str:
+    try:
+        return read_bounded(path, _MAX_FILE_BYTES).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise AssetError(f"{path}: expected WKT in UTF-8: {error}") from error
 
 
 def _is_wkt(text: str) -> bool:

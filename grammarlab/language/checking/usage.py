@@ -82,6 +82,8 @@ class BodyChecker:
             message = f"{item.operation} expects one of {', '.join(sorted(strategies))}, found '{item.strategy}'"
             self.remarks.error("unknown-keyword", item.location, message, suggestion(item.strategy, strategies))
         self.body(item.body, scope)
+        if item.second is not None:
+            self.body(item.second, scope)
 
     # Symbols and operations without a block
 

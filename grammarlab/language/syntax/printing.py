@@ -222,6 +222,8 @@ def item(node: Item) -> str:
         case Block():
             remainder = f" {group(node.remainder)}" if node.remainder is not None else ""
             return f"{item_head(node)} {group(node.group)}{remainder}"
+    if isinstance(node, Inline) and node.second is not None:
+        return f"{item_head(node)} {{ {body(node.body)} | {body(node.second)} }}"
     return (
         f"{item_head(node)} {{ {body(node.body)} }}" if needs_braces(node) else f"{item_head(node)} {body(node.body)}"
     )
@@ -237,7 +239,7 @@ def item_head(node: Block | Scatter | Inline) -> str:
 
 def needs_braces(node: Scatter | Inline) -> bool:
     """Whether the body needs braces; one inlined rule or block does not."""
-    if isinstance(node, Scatter):
+    if isinstance(node, Scatter) or node.second is not None:
         return True
     items = node.body.items
     return len(items) != 1 or not isinstance(items[0], Invoke | Block | Scatter)

@@ -248,12 +248,15 @@ class Scatter(Node):
 
 @dataclass(frozen=True, slots=True)
 class Inline(Node):
-    """``inline(strategy) Rule`` or ``union(order) { … }``: the body is derived at once."""
+    """``inline(strategy) Rule``, ``union { A | B }`` or ``union(order) { … }``: the bodies are derived at once."""
 
     operation: Literal["inline", "union", "subtract", "intersect"]
     strategy: str
     """``append``, ``unify``, ``recompose``, or else ``swap`` or ``noSwap``; empty for the default."""
     body: Sequence
+    """The only operand that is derived, or the first of two."""
+    second: Sequence | None = None
+    """The second operand of ``union { A | B }``, both of which are derived from the current shape."""
 
 
 Item: TypeAlias = Invoke | Block | Scoped | Scatter | Inline

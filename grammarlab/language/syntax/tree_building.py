@@ -250,12 +250,17 @@ class TreeBuilder(Transformer[Any, Any]):
         return Scatter(arguments.expressions(), _located(body, name.location), location=location)
 
     def inline(self, children: list[Any]) -> Inline:
-        mark, inner, *closing = children
+        mark, inner, *rest = children
         if isinstance(inner, Inline):
             raise MistakeError("bad-inline", f"expected a rule or a block after '{mark.value}'", inner.location)
-        body = inner if closing else Sequence((cast(Item, inner),), location=inner.location)
+        body = inner if rest else Sequence((cast(Item, inner),), location=inner.location)
         operation, _, strategy = mark.value.partition(" ")
-        return Inline(operation, strategy, _located(body, mark.location), location=mark.location)
+        second = _located(rest[0], mark.location) if len(rest) == 2 else None
+        if second is not None and (operation == "inline" or strategy):
+            hint = "union, subtract and intersect have two operands: union { A | B }"
+            subject = f"{operation}({strategy})" if strategy else operation
+            raise MistakeError("bad-inline", f"expected one sequence of operations in {subject}", mark.location, hint)
+        return Inline(operation, strategy, _located(body, mark.location), second, location=mark.location)
 
     # Definitions
 

@@ -106,6 +106,27 @@ def test_boolean_operations_of_the_current_shape_and_a_rule(operation, volume):
     assert volume_of(f"Lot --> extrude(4) {operation} {{ {moved} Y }} R") == pytest.approx(volume)
 
 
+@pytest.mark.parametrize("operation", ["union", "subtract", "intersect"])
+@pytest.mark.parametrize("order", ["A. | Q", "Q | A."])
+def test_two_operands_are_as_the_current_shape_and_a_rule(operation, order):
+    rules = "Q --> [ t(2, 0, 2) s('1, '0.5, '1) Y ] t(1, 0, 1) s('1, '0.5, '1) Y"
+    swap = "" if order.startswith("A") else "(swap)"
+    of_two = volume_of(f"Lot --> extrude(4) {operation} {{ {order} }} R\n{rules}")
+    assert of_two == pytest.approx(volume_of(f"Lot --> extrude(4) {operation}{swap} Q R\n{rules}"))
+
+
+@pytest.mark.parametrize(("operands", "area"), [("s('0.5, '1, '1) A | B", 12), ("B | s('0.5, '1, '1) A", 12)])
+def test_both_operands_are_made_of_the_current_shape_and_the_first_has_the_material(operands, area):
+    text = f"""Lot --> union {{ {operands} }} comp(f) {{ isTagged("bool.A") : First | all : Second }}
+               A --> color("#ff0000") X  B --> color("#0000ff") t(1, 0, 0) s(2, 0, '1) X"""
+    forest = derive(Grammar.parse(text), 1, 1, footprint=(4.0, 4.0))
+    names = [forest.symbols[symbol] for symbol in forest.nodes.symbol[forest.leaves.node]]
+    colors = forest.materials.color[forest.leaves.material]
+    first = [1.0, 0.0, 0.0] if operands.endswith("B") else [0.0, 0.0, 1.0]
+    assert {tuple(color) for color, name in zip(colors.tolist(), names, strict=True) if name == "First"} == {(*first,)}
+    assert areas(geometry(forest)).sum() == pytest.approx(area)
+
+
 @pytest.mark.parametrize(("operation", "faces"), [("union", [8, 8, 12, 16]), ("subtract", [8]), ("intersect", [8])])
 def test_boolean_operations_in_a_plane_keep_all_edges(operation, faces):
     mesh = geometry(derive(Grammar.parse(f"Lot --> {operation} {{ t(2, 0, 2) Y }} R"), 1, 1, footprint=(4.0, 4.0)))

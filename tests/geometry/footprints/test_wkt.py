@@ -2,7 +2,7 @@
 
 import pytest
 
-from grammarlab.errors import AssetError
+from grammarlab.errors import AssetError, UsageError
 from grammarlab.geometry.footprints.footprint import Georeference
 from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from tests.geometry.footprints.maps import area
@@ -82,3 +82,31 @@ def test_lines_in_a_collection_are_listed():
         "expected a polygon, found a LineString",
         "expected a polygon, found an empty Point",
     ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"POLYGON ({RING})",
+        f"\ufeffSRID=25832;POLYGON\n({RING})\n",
+        f"GEOMETRYCOLLECTION (\nPOLYGON ({RING}),\nPOLYGON ({RING}))",
+        "POINT (1 2)",
+        "POLYGON ((0 0, 10 0",
+    ],
+)
+def test_a_file_of_wkt_is_read_as_the_text_in_it(tmp_path, text):
+    def outcome(source):
+        try:
+            plan = read_footprint_map(source)
+        except AssetError as error:
+            return str(error).replace(source, "footprint")
+        return [footprint.polygon.tolist() for footprint in plan.footprints], plan.georeference, plan.remarks
+
+    (tmp_path / "lot.wkt").write_text(text)
+    assert outcome(str(tmp_path / "lot.wkt")) == outcome(text.removeprefix("\ufeff"))
+
+
+def test_a_file_of_wkt_has_no_layers(tmp_path):
+    (tmp_path / "lot.txt").write_text(f"POLYGON ({RING})")
+    with pytest.raises(UsageError, match="WKT has no layers; leave out ':parcels'"):
+        read_footprint_map(f"{tmp_path / 'lot.txt'}:parcels")

@@ -162,7 +162,7 @@ def test_selectors_are_names_numbers_and_expressions():
 def test_scatter_inline_and_boolean_operations():
     found = items(
         "scatter(surface, 9, uniform) { A B } inline A inline(unify) { B C } "
-        "union A subtract(swap) { B C } inline comp(f) { all : A }"
+        "union A subtract(swap) { B C } inline comp(f) { all : A } intersect { B C | A }"
     )
     block = Block("comp", (Name("f"),), Group((Part(Name("all"), A),)))
     both = Sequence((Invoke("B"), Invoke("C")))
@@ -173,6 +173,7 @@ def test_scatter_inline_and_boolean_operations():
         Inline("union", "", A),
         Inline("subtract", "swap", both),
         Inline("inline", "", Sequence((block,))),
+        Inline("intersect", "", both, A),
     )
 
 
