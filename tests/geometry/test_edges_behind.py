@@ -7,8 +7,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
-from grammarlab.geometry.edges_ahead import edges_ahead
-from grammarlab.geometry.edges_behind import EdgeSets, OutwardSegments, edges_behind, edges_that_look_alike
+from grammarlab.geometry.edges_behind import EdgeSets, OutwardSegments, edges_ahead, edges_behind, edges_that_look_alike
 from grammarlab.geometry.lot_sides import outward_normals
 from tests.cases import bulk
 

@@ -17,13 +17,13 @@ from grammarlab.arrays import Flags, Floats, Ints, offsets_from_counts
 from grammarlab.derivation.state.shapes import Shapes
 from grammarlab.derivation.state.street_outlines import StreetOutlines, outline_ids, plan_ids, with_outlines
 from grammarlab.derivation.state.workspace import Workspace
-from grammarlab.geometry.edges_ahead import edges_ahead
 from grammarlab.geometry.edges_behind import (
     EdgesBehind,
     EdgeSets,
     OutwardSegments,
     across_edges,
     best_of_groups,
+    edges_ahead,
     edges_behind,
     edges_that_look_alike,
 )

@@ -6,9 +6,11 @@ the first bytes must be those of the format that the name says.
 
 from __future__ import annotations
 
+import sqlite3
 import warnings
 import zipfile
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +25,6 @@ from grammarlab.geometry.footprints.attribute_columns import NOT_USED, Columns, 
 from grammarlab.geometry.footprints.crs import label
 from grammarlab.geometry.footprints.curved_wkb import straightened
 from grammarlab.geometry.footprints.footprint import Remark
-from grammarlab.geometry.footprints.geopackage_tables import check_tables
 from grammarlab.geometry.footprints.map_layer import MAX_FEATURES, MAX_MAP_BYTES, MapLayer, bodies_of
 from grammarlab.printable import printable
 
@@ -41,6 +42,12 @@ _DRAWINGS = ("ENGCRS", "ENGINEERINGCRS", "LOCAL_CS")
 """Beginnings of systems without a place on the earth."""
 _PARTS = (".shp", ".shx", ".dbf", ".prj", ".cpg")
 """Suffixes of the files of a Shapefile that are read."""
+_COMPUTED_TABLES = """
+SELECT name FROM sqlite_master
+WHERE type = 'view' OR (lower(sql) LIKE 'create virtual table%' AND lower(sql) NOT LIKE '% using rtree%')
+ORDER BY name LIMIT 8
+"""
+"""Spatial indices are virtual tables, which are stored."""
 
 
 def read_vector_layer(path: Path, layer: str | None = None) -> MapLayer:
@@ -148,7 +155,7 @@ def _source(path: Path, layer: str | None) -> tuple[str, str]:
     if any(letter in source for letter in _NO_PATH):
         raise UsageError(f"{path}: the names of maps and of their folders cannot have any of {_NO_PATH}: rename them.")
     if path.suffix.lower() == ".gpkg":
-        check_tables(path)
+        _check_tables(path)
     names = _layers(source)
     candidates = [name for name, kind in names if kind is not None and any(word in kind for word in _OUTLINES)]
     if layer is not None:
@@ -227,3 +234,24 @@ def _is_format(head: bytes, suffix: str) -> bool:
 def _siblings(path: Path, suffixes: Sequence[str]) -> list[Path]:
     candidates = [path.with_suffix(case(suffix)) for suffix in suffixes for case in (str.lower, str.upper)]
     return [candidate for candidate in candidates if candidate.exists()]
+
+
+def _check_tables(path: Path) -> None:
+    """Check that all tables of a GeoPackage are stored ones: GDAL reads some rows of each.
+
+    What a GeoPackage computes when it is opened is a query of a stranger, which may take for ever.
+
+    Raises:
+        AssetError: If some are computed, or the file is broken.
+    """
+    try:
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)) as database:
+            names = [str(name) for (name,) in database.execute(_COMPUTED_TABLES)]
+    except (sqlite3.Error, UnicodeError) as error:
+        raise AssetError(f"{path}: this file is broken: {printable(str(error))[:200]}.") from error
+    if names:
+        listing = ", ".join(repr(printable(name)[:60]) for name in names)
+        raise AssetError(
+            f"{path}: expected stored tables, found views, which are computed: {listing}. Copy the layer: "
+            f"ogr2ogr NEW.gpkg {path.name} LAYER"
+        )
