@@ -36,6 +36,7 @@ from grammarlab.language.numbering import RandomPlace, SymbolKey, function_name
 from grammarlab.language.syntax.syntax_tree import (
     TRIM_SWITCHES,
     Attribute,
+    Binary,
     Block,
     Boolean,
     Call,
@@ -51,6 +52,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Scatter,
     Stochastic,
     String,
+    Unary,
     Variable,
     alternatives,
     walk,
@@ -87,6 +89,17 @@ def _set_of(expression: Expression | None) -> frozenset[int]:
     return frozenset(range(NUM_SETS))
 
 
+_NEED_KEYS = VOCABULARY.draws | KEY_ATTRIBUTES
+"""Functions and attributes that depend on the random key of a shape."""
+_WORDS: dict[type[Node], str] = {
+    Binary: "operator",
+    Block: "name",
+    Call: "function",
+    Invoke: "name",
+    Name: "identifier",
+    Unary: "operator",
+}
+"""Field of a node that says what it does."""
 _KINDS: dict[str, SiteKind] = {
     "assetApproxRatio": "item",
     "assetApproxSize": "item",
@@ -115,9 +128,12 @@ class _Compilation:
         self._grammar = grammar
         self._numbering = number_grammar(grammar)
         self._nodes = [node for inside in self._numbering.nodes for node in inside]
+        self._different = _different(self._nodes)
         self._rules = {key: number for number, key in enumerate(grammar.rules)}
-        self._drawing_functions = self._functions_with(_is_random)
-        self._acting_functions = self._drawing_functions | self._functions_with(_prints)
+        self._drawing_functions, printing_functions = self._functions_with(_is_random, _prints)
+        self._drawing_nodes = frozenset(id(node) for node in self._nodes if self._is_drawing(node))
+        acting = (node for node in self._nodes if _prints(node) or _called(node) in printing_functions)
+        self._acting_nodes = self._drawing_nodes.union(id(node) for node in acting)
         self._rule_nodes = {key: list(walk(rule.body)) for key, rule in grammar.rules.items()}
         self._invoked = {key: frozenset(_invoked(nodes)) for key, nodes in self._rule_nodes.items()}
         self._drawing_rules = self._rules_that_draw()
@@ -125,7 +141,7 @@ class _Compilation:
             frozenset(grammar.attributes),
             {key: CompiledFunction(key[0], key in self._drawing_functions) for key in grammar.functions},
             {random_place.node.number: site for site, random_place in enumerate(self._numbering.random_places)},
-            any(makes_arrays(node) for node in self._nodes),
+            any(map(makes_arrays, self._different)),
         )
         symbols = {name: number for number, name in enumerate(self._numbering.symbols)}
         self._has_trim_planes = _has_trim_planes(self._rule_nodes, self._invoked)
@@ -159,8 +175,8 @@ class _Compilation:
             uv_sets=mentioned_uv_sets(self._nodes),
             has_trim_planes=self._has_trim_planes,
             trims_again=_trims_again(self._nodes),
-            selects_streets=any(_selects_streets(node) for node in self._nodes),
-            uses_tags=any(_reads_tags(node) for node in self._nodes),
+            selects_streets=any(map(_selects_streets, self._different)),
+            uses_tags=any(map(_reads_tags, self._different)),
             import_prefixes=tuple(f"{alias}." for alias in grammar.imports),
             # Last: the functions that are called are known when everything is compiled.
             queries_context=not self._names.called.isdisjoint(CONTEXT_QUERIES),
@@ -219,30 +235,31 @@ class _Compilation:
     def _draws(self, node: Node) -> bool:
         """Whether a part of the tree, or anything derived from it, may draw random numbers."""
         nodes = list(walk(node))
-        return self._draw_themselves(nodes) or any(callee in self._drawing_rules for callee in _invoked(nodes))
+        return self._draw_themselves(nodes) or not self._drawing_rules.isdisjoint(_invoked(nodes))
 
     def _draws_itself(self, *nodes: Node) -> bool:
         return self._draw_themselves(inner for node in nodes for inner in walk(node))
 
     def _draw_themselves(self, nodes: Iterable[Node]) -> bool:
-        return any(
-            _is_random(node) or isinstance(node, Scatter) or _called(node) in self._drawing_functions for node in nodes
-        )
+        return not self._drawing_nodes.isdisjoint(map(id, nodes))
+
+    def _is_drawing(self, node: Node) -> bool:
+        return _is_random(node) or isinstance(node, Scatter) or _called(node) in self._drawing_functions
 
     def _acts(self, node: Node) -> bool:
         """Whether evaluating a part of the tree may draw or print."""
-        return any(
-            _is_random(inner) or _prints(inner) or _called(inner) in self._acting_functions for inner in walk(node)
-        )
+        return not self._acting_nodes.isdisjoint(map(id, walk(node)))
 
-    def _functions_with(self, has: Callable[[Node], bool]) -> frozenset[SymbolKey]:
-        """Functions with such a node in their values, or in those of functions that they call."""
+    def _functions_with(self, *properties: Callable[[Node], bool]) -> tuple[frozenset[SymbolKey], ...]:
+        """Functions with a node of each property in their values, or in those of functions that they call."""
         inside = {
             key: [node for part in (function.value, *function.variables) for node in walk(part)]
             for key, function in self._grammar.functions.items()
         }
         calls = {key: {_called(node) for node in nodes} - {None} for key, nodes in inside.items()}
-        return _spread({key for key, nodes in inside.items() if any(map(has, nodes))}, calls)
+        return tuple(
+            _spread({key for key, nodes in inside.items() if any(map(has, nodes))}, calls) for has in properties
+        )
 
     def _rules_that_draw(self) -> frozenset[SymbolKey]:
         drawing = {
@@ -273,7 +290,7 @@ class _Compilation:
         return tuple(key for group in groups(self._references) for key in group)
 
     def _state_names(self) -> frozenset[str]:
-        read = {node.identifier for node in self._nodes if isinstance(node, Name)}
+        read = {node.identifier for node in self._different if isinstance(node, Name)}
         invoked = [node for node in self._nodes if isinstance(node, Invoke)]
         changed = {
             node.arguments[0].identifier
@@ -283,12 +300,22 @@ class _Compilation:
         changed |= {name for node in invoked if node.overrides for name in (*_redefined(node), *self._renewed(node))}
         asks = (
             not read.isdisjoint(ASK_FOR_PIVOT)
-            or any(isinstance(node, Call) and node.function == "convert" for node in self._nodes)
+            or any(isinstance(node, Call) and node.function == "convert" for node in self._different)
             or any(node.name == "translate" for node in invoked)
         )
         names = (read & STATE_DEFAULTS.keys()) | (changed & self._grammar.attributes.keys())
         names |= set(PIVOT_POSITION) if asks else set()
-        return frozenset(names | ({ASSET_MATERIAL} if any(map(_asks_for_asset_material, self._nodes)) else set()))
+        return frozenset(names | ({ASSET_MATERIAL} if any(map(_asks_for_asset_material, self._different)) else set()))
+
+
+def _different(nodes: Iterable[Node]) -> tuple[Node, ...]:
+    """One node of each type and word: a tenth of all nodes of a long rule file."""
+    different: dict[tuple[type[Node], str], Node] = {}
+    for node in nodes:
+        kind = type(node)
+        field = _WORDS.get(kind)
+        different.setdefault((kind, getattr(node, field) if field else ""), node)
+    return tuple(different.values())
 
 
 def _redefined(item: Invoke) -> Iterator[str]:
@@ -314,7 +341,7 @@ def _describe_sites(grammar: Grammar, random_places: Sequence[RandomPlace]) -> t
     per_definition = Counter(
         random_place.owner for random_place in random_places if random_place.node.number not in names
     )
-    attribute_names = set(names.values())
+    attribute_names = {*names.values(), *grammar.attributes}
     numbers: Counter[str] = Counter()
     sites: list[Site] = []
     for random_place in random_places:
@@ -322,7 +349,7 @@ def _describe_sites(grammar: Grammar, random_places: Sequence[RandomPlace]) -> t
         name = names.get(node.number)
         if name is None:
             numbers[owner] += 1
-            plain = per_definition[owner] == 1 and owner not in attribute_names | grammar.attributes.keys()
+            plain = per_definition[owner] == 1 and owner not in attribute_names
             name = owner if plain else f"{owner}#{numbers[owner]}"
         choices = len(node.branches) if isinstance(node, Stochastic) else 0
         kind = "choice" if isinstance(node, Stochastic) else _KINDS[function_name(node)]
@@ -405,7 +432,7 @@ def _trims(node: Node) -> bool:
 
 def _is_random(node: Node) -> bool:
     """Whether a node needs the random key of its shape."""
-    return isinstance(node, Stochastic) or function_name(node) in VOCABULARY.draws | KEY_ATTRIBUTES
+    return isinstance(node, Stochastic) or function_name(node) in _NEED_KEYS
 
 
 def _prints(node: Node) -> bool:

@@ -136,11 +136,10 @@ class Numbering:
             RandomPlace(node, definition)
             for definition, inside in zip(definitions, nodes, strict=True)
             for node in inside
-            if isinstance(node, Stochastic)
-            or (
-                isinstance(node, Call | Name)
-                and (name := function_name(node)) in vocabulary.draws
-                and name not in defined
+            if isinstance(node, Numbered)
+            and (
+                isinstance(node, Stochastic)
+                or ((name := function_name(node)) in vocabulary.draws and name not in defined)
             )
         )
         ruled = [definition.name for definition in definitions if isinstance(definition, Rule)]

@@ -15,7 +15,6 @@ from grammarlab.geometry.meshes.cleanup import Components, cleaned
 from grammarlab.geometry.meshes.convex import MOST_CORNERS, convexified
 from grammarlab.geometry.meshes.measure import has_concave_face
 from grammarlab.geometry.meshes.mesh import Meshes
-from grammarlab.geometry.meshes.shadows import shadow, without_holes
 
 _COMPONENTS = frozenset({"all", "edges", "faces", "vertices"})
 
@@ -43,11 +42,15 @@ def convexify(call: BoundCall) -> Shapes:
 
 def delete_holes(call: BoundCall) -> Shapes:
     """``deleteHoles()``: every face without its holes."""
+    from grammarlab.geometry.meshes.shadows import without_holes  # noqa: PLC0415  # few grammars need shapely
+
     return reworked(call, np.zeros(call.shapes.num), lambda mesh, _: _if_other(mesh, without_holes(mesh)))
 
 
 def footprint(call: BoundCall) -> Shapes:
     """``footprint()``: the area that the geometry covers on the plane y = 0 of the scope; a wall stays as it is."""
+    from grammarlab.geometry.meshes.shadows import shadow  # noqa: PLC0415
+
     shapes, table = call.shapes, call.workspace.meshes
     keys = np.column_stack((shapes.mesh, shapes.size))
     _, first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from grammarlab.geometry.footprints.crs import Crs
+
+if TYPE_CHECKING:
+    import shapely
 
 RemarkKind = Literal["outline", "geometry", "record", "property", "repair", "coordinates", "identity"]
 """``outline``: a polygon that is left out; ``geometry``: lines, points and empty geometries, which are left out;

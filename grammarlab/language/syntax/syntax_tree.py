@@ -392,7 +392,10 @@ def walk(node: Node) -> Iterator[Node]:
     while stack:
         current = stack.pop()
         yield current
-        stack += reversed(children(current))
+        if _field_names(type(current)):
+            below = children(current)
+            below.reverse()
+            stack += below
 
 
 def number(tree: RuleFile) -> None:
@@ -421,8 +424,9 @@ def _field_names(kind: type[Any]) -> tuple[str, ...]:
 
 
 def _gather(value: object, nodes: list[Node]) -> None:
-    if isinstance(value, Node):
-        nodes.append(value)
-    elif isinstance(value, tuple):
+    if isinstance(value, tuple):
         for item in value:
-            _gather(item, nodes)
+            if isinstance(item, Node):
+                nodes.append(item)
+            else:
+                _gather(item, nodes)

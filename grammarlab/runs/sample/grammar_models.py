@@ -30,7 +30,6 @@ from grammarlab.runs.sample.models import (
     lots_of,
     property_remarks,
 )
-from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shipped import SUFFIX
 from grammarlab.scene import Scene, realize
 
@@ -38,6 +37,7 @@ if TYPE_CHECKING:
     from grammarlab.learning.designs.grammar_space import GrammarSpace
     from grammarlab.learning.targets.grammar_target import GrammarWriter
     from grammarlab.runs.sample.model_rows import ModelRows
+    from grammarlab.runs.sample.request import SampleRequest
 
 Summary: TypeAlias = dict[str, float | int | None]
 """``count``, and ``sum``, ``mean``, ``min`` and ``max``: None if reported values are not finite numbers."""

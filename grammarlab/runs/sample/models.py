@@ -12,16 +12,18 @@ from grammarlab.derivation.forest import MissingAsset
 from grammarlab.derivation.lots import Lots
 from grammarlab.errors import Finding, UsageError
 from grammarlab.geometry.footprints.footprint import Footprint, Remark
-from grammarlab.language.attribute_values import usable_properties
+from grammarlab.language.attribute_values import AttributeValue, usable_properties
 from grammarlab.language.grammar import Grammar
 from grammarlab.runs.sample.domains import opened_models
-from grammarlab.runs.sample.request import BATCH_MODELS, AttributeValue, SampleRequest
 from grammarlab.scene import Scene
 
 if TYPE_CHECKING:  # these load libraries that most runs do without
     from grammarlab.runs.sample.model_rows import ModelRows
+    from grammarlab.runs.sample.request import SampleRequest
     from grammarlab.trees.planting import Crowns
 
+BATCH_MODELS = 64
+"""Number of models of a batch: small enough to lose little when a run is interrupted."""
 EMPTY_MODELS = "empty-models"
 """Code of the warning that models have no shape."""
 Report = Mapping[str, Mapping[str, float | int | None]]

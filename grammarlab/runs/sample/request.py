@@ -31,10 +31,6 @@ Scale = Literal["same", "each"]
 
 MAX_MODELS = 10**12
 """Largest number of models of a run."""
-BATCH_MODELS = 64
-"""Number of models of a batch: small enough to lose little when a run is interrupted."""
-
-
 MAX_CHOSEN = 10_000
 """Largest number of chosen models: each may be a batch of its own, with a folder and a record."""
 

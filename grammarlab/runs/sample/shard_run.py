@@ -21,8 +21,8 @@ from grammarlab.derivation.forest import MissingAsset, by_path, by_place
 from grammarlab.errors import AssetError, Finding, UsageError
 from grammarlab.runs.sample.checks import first_difference, hash_assets, warnings_of
 from grammarlab.runs.sample.model_rows import FORMAT, ModelRows, table_of
-from grammarlab.runs.sample.models import AbstractModels, Batch, models_of
-from grammarlab.runs.sample.request import BATCH_MODELS, SampleRequest
+from grammarlab.runs.sample.models import BATCH_MODELS, AbstractModels, Batch, models_of
+from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.shard_plan import (
     MAX_PLAN_BYTES,
     PLAN,
