@@ -173,11 +173,15 @@ $(VENV)/bin/python:
 		{ echo "grammarlab needs Python 3.11 or newer: make PYTHON=/path/to/python3.11"; exit 1; }
 	"$(PYTHON)" -m venv $(VENV)
 
+# uv installs in a fifth of the time of pip, which does it where uv has no wheel or reaches no index.
 # Of all modules that are installed few are imported, and these are compiled then.
+INSTALL = { $(PIP) install --no-compile uv && $(BIN)/uv pip install --quiet --python $(BIN)/python --constraints constraints.txt -e $(1); } || \
+	$(PIP) install --no-compile -e $(1)
+
 $(VENV)/.learn: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(PIP) install --no-compile -e '.[learn]'
+	$(call INSTALL,'.[learn]')
 	@touch $@
 
 $(VENV)/.dev: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(PIP) install --no-compile -e '.[dev]'
+	$(call INSTALL,'.[dev]')
 	@touch $@ $(VENV)/.learn
