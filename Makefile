@@ -3,7 +3,7 @@
 # test-all  the same with all cases: once a week, and before a release
 # mutants   how many of 60 mistakes put into the code are noticed by its tests: takes an hour
 # check  the fast, static half of it
-# docs   the documentation, as pages in out/site
+# docs   the documentation, as pages in out/site; tests build it too
 # reference  the generated parts of the documentation, in docs/
 # bench  how fast it is, as ratios within one run
 # pictures  the pictures of the guide
@@ -40,7 +40,7 @@ demo: $(VENV)/.learn
 
 # Types are checked while tests wait for processes and pages.
 test: $(VENV)/.dev chromium
-	@$(MAKE) --no-print-directory -j 2 pytest check docs
+	@$(MAKE) --no-print-directory -j 2 pytest check
 
 pytest: $(VENV)/.dev
 	$(BIN)/pytest -q -n 2 --dist worksteal

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Container, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from grammarlab.cli.console import Library, friendly_errors, print_json, print_result, say, was_given
-from grammarlab.cli.sample import complete_grammar, print_remarks
+from grammarlab.cli.sample import complete_grammar, print_left_out, print_remarks
 from grammarlab.errors import UsageError
 from grammarlab.printable import printable
 
@@ -100,6 +101,7 @@ def show(
             options = attributes or (), start_rule, footprint, assets, library
             trace = trace_model(grammar, model, seed, *options)
             print_remarks(trace.remarks)
+            _print_unread_imports(source)
             if tree is not None:
                 from grammarlab.runs.sample.tree_drawing import save_tree
 
@@ -113,7 +115,18 @@ def show(
                 print_result(line)
             return
         _require_model(context, free=("as_json",))
+        _print_unread_imports(source)
         _show_rules(source, graph, as_json)
+
+
+def _print_unread_imports(source: RuleSource) -> None:
+    """Name the imports that are left in the text, since they cannot be read: what they define is not shown."""
+    from grammarlab.language.grammar import Grammar
+    from grammarlab.runs.sample.checks import unread_imports
+
+    text = source.text()
+    if re.search(r"\bimport\b", text):
+        print_left_out(str(source.path), unread_imports(Grammar.parse(text, str(source.path))))
 
 
 def _show_rules(source: RuleSource, graph: Path | None, as_json: bool) -> None:

@@ -140,4 +140,7 @@ def test_what_a_library_has_is_shown_with_it(run, tmp_path):
     library = ("--library", tmp_path / "lib")
     assert "Stone" in run("show", rules, "--model", 0, *library).stdout
     assert "Stone" in run("show", rules, *library).stdout
-    assert "Stone" not in run("show", rules, "--model", 0).stdout
+    for options in ((), ("--model", 0)):
+        without = run("show", rules, *options)
+        assert "Stone" not in without.stdout
+        assert "which cannot be read" in without.stderr

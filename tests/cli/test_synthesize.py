@@ -22,6 +22,7 @@ from grammarlab.synthesis.mesh.building_files import read_mesh, write_glb
 from grammarlab.synthesis.mesh.surface import edge_numbers
 from grammarlab.synthesis.units import stock_of
 from tests.cases import some
+from tests.synthesis.analyses import analysed_once
 from tests.synthesis.houses import BASE, MARGIN, RECESS, TOP, WINDOW, house
 
 
@@ -34,6 +35,12 @@ def building(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nobody looks at the pictures of buildings here, which take half of the time at their usual size."""
     monkeypatch.setattr(building_picture, "__defaults__", ((120, 100),))
+
+
+@pytest.fixture(autouse=True)
+def analyses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file that was analysed by one test is not analysed again by the next one, where the command does it."""
+    monkeypatch.setattr("grammarlab.runs.facade.synthesize.analyse", analysed_once)
 
 
 def report(run, *arguments) -> dict:

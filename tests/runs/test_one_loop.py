@@ -20,7 +20,7 @@ from grammarlab.learning.learn import learn
 from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.workers.learner import learner
 from grammarlab.pages.workers.maker import maker
-from grammarlab.pages.workers.tasks import LearnGrammar, Update
+from grammarlab.pages.workers.tasks import LAST_REPORT, LearnGrammar, Update
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import OVERALL, Labels
 from tests.cases import some
@@ -81,7 +81,9 @@ families = ["paths", "symbols", "draws"]
     found = handler(Update({OVERALL: shuffled}, {OVERALL: 1}, None), nothing)
     assert np.array_equal(found.product.mean, predicted.astype(np.float32))
     make = maker(".cga", RULES, *place, str(tmp_path / "session.db"), SEED, size)
-    pages = make(LearnGrammar({OVERALL: shuffled}, found.wide), nothing).text
+    reports: list[tuple[str, int, int]] = []
+    pages = make(LearnGrammar({OVERALL: shuffled}, found.wide), lambda *report: reports.append(report)).text
+    assert reports[-1] == LAST_REPORT
 
     # A label file.
     hashes = material.study.space.hashes

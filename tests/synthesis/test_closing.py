@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from grammarlab.synthesis.analysis.example import Example, analyse
+from grammarlab.synthesis.analysis.example import Example
 from grammarlab.synthesis.assembly import (
     Tiling,
     UnstitchedPieces,
@@ -23,6 +23,7 @@ from grammarlab.synthesis.mesh.building_files import read_mesh
 from grammarlab.synthesis.mesh.surface import Surface, edge_numbers
 from grammarlab.synthesis.stitching import conformed
 from grammarlab.synthesis.units import BuildingCut, cut_up
+from tests.synthesis.analyses import analysed_once
 from tests.synthesis.houses import House, house
 
 SIZES = [(8, 15), (1, 7), (5, 1), (1, 1), (6, 6)]
@@ -33,7 +34,7 @@ def random_building(
 ) -> tuple[Example, BuildingCut, list[Tiling], UnstitchedPieces]:
     """A building whose units are in random order: no two neighbours fit."""
     random = np.random.default_rng(seed)
-    example = analyse(read_mesh(known.write(path / "house.obj")))
+    example = analysed_once(read_mesh(known.write(path / "house.obj")))
 
     def grid(region, shape):
         return LabelGrid.from_labels(random.integers(0, len(region.grid.names), shape), region.grid.names)
@@ -131,7 +132,7 @@ def test_its_own_labels_make_the_same_building(floor: bool, tmp_path: Path) -> N
     known = house(4, 3, 2, broad=((1, 2),))
     low = (known.points[known.triangles, 1] == 0.0).all(axis=1) & (not floor)
     known = House(known.points, known.triangles[~low], known.labels, known.pitch)
-    example = analyse(read_mesh(known.write(tmp_path / "house.obj")))
+    example = analysed_once(read_mesh(known.write(tmp_path / "house.obj")))
     walls = example.regions
     sources = [sources_of(walls, (own,), each.grid) for own, each in enumerate(walls)]
     stretch = stretch_for(example, natural(walls, sources[0]), (None, None, None))

@@ -64,6 +64,7 @@ def check_files(
     supported: SupportedFeatures = EVERYTHING,
     root: Path | None = None,
     library: Path | str | None = None,
+    known: Grammar | None = None,
 ) -> tuple[CheckedFile, ...]:
     """Findings about a rule file and every file that it imports, directly or not.
 
@@ -74,6 +75,7 @@ def check_files(
         root: the folder that no import may leave, and that paths beginning with a slash start from. Default:
             `rules_folder`.
         library: a folder of further projects, see `grammarlab.language.importing.load`.
+        known: a grammar; a file with its text is not parsed again.
 
     Returns:
         The file, then those it imports, each once.
@@ -83,7 +85,7 @@ def check_files(
     """
     text = read_text(path)  # first, since links to themselves cannot be resolved
     folder = path.resolve().parent
-    checker = _Checker(supported, import_roots(folder, root, library), folder, Path(name).parent)
+    checker = _Checker(supported, import_roots(folder, root, library), folder, Path(name).parent, known)
     checker.read(path.resolve(), name, text, ())
     return tuple(checker.checked.values())
 
@@ -181,20 +183,29 @@ class _Checker:
     """Checks each file once."""
 
     def __init__(
-        self, supported: SupportedFeatures, roots: tuple[Path, ...], folder: Path, display_folder: Path
+        self,
+        supported: SupportedFeatures,
+        roots: tuple[Path, ...],
+        folder: Path,
+        display_folder: Path,
+        known: Grammar | None,
     ) -> None:
         self.supported = supported
         self.roots = roots
         self.folder = folder
         self.display_folder = display_folder
         """The folder, as the user gave it."""
+        self.known = known
         self.checked: dict[Path, CheckedFile] = {}
         self.symbols: dict[Path, Symbols | None] = {}
         """Definitions of each file; None if it has syntax errors."""
 
     def read(self, path: Path, name: str, text: str, users: tuple[Path, ...]) -> None:
         text = text.removeprefix("\ufeff")
-        parsed = parse(text, name)
+        if self.known is not None and self.known.text == text:
+            parsed = Parsed(self.known.tree, (), (), frozenset())
+        else:
+            parsed = parse(text, name)
         # Reserves the file's place in the order while its imports are read.
         self.checked[path] = CheckedFile(name, text, (), parsed.tree)
         libraries, problems = self._libraries(parsed.tree, path, (*users, path))

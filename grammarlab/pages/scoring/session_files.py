@@ -11,6 +11,7 @@ from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.windows import Answer, Message, Refuse
 from grammarlab.pages.workers.tasks import (
+    LAST_REPORT,
     DrawSheet,
     LabelledFactors,
     LearnedFile,
@@ -88,14 +89,19 @@ class SessionFiles:
             self._tickets.discard(ticket)
             done(outcome)
 
-        ticket = self._makers.submit(task, end, on_progress=partial(self._announce, name))
+        def report(stage: str, done: int, total: int) -> None:
+            if (stage, done, total) == LAST_REPORT:
+                self._tickets.discard(ticket)
+            self._announce(name, stage, done, total)
+
+        ticket = self._makers.submit(task, end, on_progress=report)
         self._tickets.add(ticket)
 
     def cancel(self) -> None:
         """Cancel the grammars and sheets that are being made.
 
-        An earlier file stays as it is, unless the new one has all but been written: the process notices a cancellation
-        at its next report, and reports before it writes the file.
+        An earlier file stays as it is: the process notices a cancellation at its next report, and reports before it
+        writes the file. Once it has said so, the file is made and the window gets it.
         """
         for ticket in tuple(self._tickets):
             self._makers.cancel(ticket)

@@ -89,7 +89,7 @@ class _Bench:
             self.part_finder = PartFinder("", GrammarParts(forest, numbering))
             tree = tuple(part_tree(forest, numbering, self.file))
             missing = warnings_of(forest.missing_assets, folder)
-            warnings = (*self._remarks(), *(_mistake_of(each, lines) for each in missing))
+            warnings = (*self._remarks(rules), *(_mistake_of(each, lines) for each in missing))
             return MadeModel(glb, len(forest.leaves), controls, warnings, tree)
         except LanguageError as error:
             mistakes = tuple(_mistake_of(each, error.text.splitlines() or lines) for each in error.findings)
@@ -99,13 +99,15 @@ class _Bench:
         except GrammarlabError as error:
             return MadeModel(controls=controls, mistakes=(Mistake("error", str(error)),))
 
-    def _remarks(self) -> tuple[Mistake, ...]:
+    def _remarks(self, rules: Grammar) -> tuple[Mistake, ...]:
         """What a check finds in the files themselves, as names that are neither rules nor operations."""
         source = find_rules(self.file, self.assets, self.choices)
         merged = source.text()
         # A comment moves lines, but changes nothing in the merged text.
         if merged != self.merged or not all(map(_is_as_checked, self.checked)):
-            self.checked = check_files(source.path, str(source.path), SUPPORTED, library=self.choices.library)
+            self.checked = check_files(
+                source.path, str(source.path), SUPPORTED, library=self.choices.library, known=rules
+            )
             self.merged = merged
         return tuple(
             _in_file(_mistake_of(finding, each.text.splitlines()), Path(each.file), source.path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
@@ -172,10 +173,14 @@ def _without_details(differs: Flags, step: float) -> Flags:
 
     Bars side by side, as of a railing, are one wide part.
     """
+    if not differs.any():
+        return differs
     pixels = int(np.ceil(MIN_SIDE_M / step))
-    narrow = np.ones((pixels, pixels), dtype=bool)
-    joined = ndimage.binary_closing(np.pad(differs, pixels), structure=narrow)
-    wide: Flags = ndimage.binary_opening(joined, structure=narrow).astype(np.bool_)
+    wide: Any = np.pad(differs, pixels)
+    # A closing and an opening by a square, which is the sum of two lines.
+    for change in (ndimage.binary_dilation, ndimage.binary_erosion, ndimage.binary_erosion, ndimage.binary_dilation):
+        for line in ((pixels, 1), (1, pixels)):
+            wide = change(wide, structure=np.ones(line, dtype=bool))
     return wide[pixels:-pixels, pixels:-pixels] & differs
 
 

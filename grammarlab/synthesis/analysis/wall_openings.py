@@ -26,7 +26,16 @@ from grammarlab.synthesis.analysis.wall_elements import (
     exact,
     is_too_long,
 )
-from grammarlab.synthesis.analysis.walls import BEFORE, BEHIND, FACING, MAX_TILT_M, DepthMap, Wall, covered
+from grammarlab.synthesis.analysis.walls import (
+    BEFORE,
+    BEHIND,
+    FACING,
+    MAX_TILT_M,
+    DepthMap,
+    Wall,
+    covered,
+    filled_above_ground,
+)
 
 _MOST_OPENINGS = 5_000
 """Largest number of openings of a wall; with more it is a grille, and the time to compare them all grows."""
@@ -132,9 +141,7 @@ def _holes(wall: Wall, corners: Floats) -> Iterator[Floats]:
     """[2, 2] low and high corner of each opening in a patch of triangles [T, 3, 3]; none in a frame."""
     map_ = wall.map
     mask, origin = _pixels(map_, corners)
-    ground = np.ones((1, mask.shape[1]), dtype=bool)
-    filled: Any = ndimage.binary_fill_holes(np.concatenate([ground, mask]))
-    holes = filled[1:] & ~mask
+    holes = filled_above_ground(mask) & ~mask
     if not holes.any() or _is_frame(mask, map_.step):
         return
     points = corners[..., :2].reshape(-1, 2)

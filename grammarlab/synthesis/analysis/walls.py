@@ -285,11 +285,22 @@ def _own_plane(view: DepthMap, normals: Floats, flat: Flags, middle: float) -> t
 
 def _filled(piece: Flags, lowest: int) -> Flags:
     """[H, W] the wall with its holes; doors are closed by the ground below."""
-    ground = np.ones((1, piece.shape[1]), dtype=bool)
-    filled = piece.copy()
-    above: Any = ndimage.binary_fill_holes(np.concatenate([ground, piece[lowest:]]))
-    filled[lowest:] = above[1:]
-    return filled
+    return np.concatenate([piece[:lowest], filled_above_ground(piece[lowest:])])
+
+
+def filled_above_ground(mask: Flags) -> Flags:
+    """[H, W] a mask with its holes, and with what only the ground below its first row closes.
+
+    A flood from the border, as of `scipy.ndimage.binary_fill_holes`, passes over the picture once for each of its rows.
+    """
+    if not mask.size:
+        return mask
+    labelled: Any = ndimage.label(~mask)
+    number, num = labelled
+    is_outside = np.zeros(num + 1, dtype=bool)
+    for border in (number[-1], number[:, 0], number[:, -1]):
+        is_outside[border] = True
+    return ~is_outside[number] | mask
 
 
 def _without_cracks(view: DepthMap, noise: float) -> DepthMap:

@@ -19,12 +19,15 @@ from grammarlab.pages.scoring.learning import WIDER_POOL, Learning
 from grammarlab.pages.scoring.next_models import NextModels, fresh_samples
 from grammarlab.pages.scoring.session_files import SessionFiles
 from grammarlab.pages.scoring.state import state_of
-from grammarlab.pages.windows import Message
+from grammarlab.pages.windows import Answer, Message
 from grammarlab.pages.workers.tasks import (
+    LAST_REPORT,
     Choose,
     DrawSheet,
     Features,
+    LearnedFile,
     LearnedUpdate,
+    LearnGrammar,
     Predictions,
     Prepare,
     Singles,
@@ -48,6 +51,12 @@ class _Held(WorkerPool):
     @property
     def requests(self) -> list[Any]:
         return [task.request for task in self._waiting]
+
+    def report(self, kind: type, stage: str, done: int, total: int) -> None:
+        """The first task of a kind reports its progress."""
+        task = next(task for task in self._waiting if isinstance(task.request, kind))
+        assert task.on_progress is not None
+        task.on_progress(stage, done, total)
 
     def end(self, kind: type, value: object) -> Any:
         """End the first task of a kind, and return its request."""
@@ -217,16 +226,37 @@ def test_models_on_the_page_have_the_predictions_of_the_latest_fit(person: _Pers
         assert {state["models"][model]["mean"] for model in person.shown} == {mean}
 
 
-def test_a_grammar_and_a_sheet_that_are_made_at_once_are_both_cancelled(tmp_path: Path):
+def _files(makers: _Held, path: Path) -> tuple[SessionFiles, list[Message], Answer]:
+    """Files of a session, the answers of windows, and what answers one."""
     display = SimpleNamespace(
         factors={}, record=SimpleNamespace(wide=False), store=SimpleNamespace(about=SimpleNamespace(seed=1))
     )
-    makers, refused, answers = _Held(), [], []
-    files = SessionFiles(cast("SessionDisplay", display), tmp_path / "a.db", makers, lambda *_: None)
+    answers: list[Message] = []
 
     def answer(message: Message, _buffers: Sequence[bytes]) -> None:
         answers.append(message)
 
+    return SessionFiles(cast("SessionDisplay", display), path, makers, lambda *_: None), answers, answer
+
+
+def test_a_grammar_whose_file_is_being_written_is_cancelled_no_more(tmp_path: Path):
+    makers, refused = _Held(), []
+    files, answers, answer = _files(makers, tmp_path / "a.db")
+    files.learn_grammar(answer, refused.append)
+    makers.report(LearnGrammar, *LAST_REPORT[:1], 0, 0)
+    files.cancel()
+    assert (makers.requests, refused) == ([], ["cancelled."])
+    files.learn_grammar(answer, refused.append)
+    makers.report(LearnGrammar, *LAST_REPORT)
+    files.cancel()
+    makers.end(LearnGrammar, LearnedFile("a-learned.cga", "", 0.0, 1, 1, ()))
+    assert [each["file"] for each in answers] == ["a-learned.cga"]
+    assert len(refused) == 1
+
+
+def test_a_grammar_and_a_sheet_that_are_made_at_once_are_both_cancelled(tmp_path: Path):
+    makers, refused = _Held(), []
+    files, answers, answer = _files(makers, tmp_path / "a.db")
     files.sheet(1, answer, refused.append)
     makers.end(DrawSheet, b"")
     files.learn_grammar(answer, refused.append)

@@ -8,12 +8,14 @@ from pathlib import Path
 import pytest
 
 from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.language.checking.check import check_files
 from grammarlab.language.grammar import Grammar
 from grammarlab.pages.watch.controls import Control, controls_of
 from grammarlab.pages.watch.modeler import modeler
 from grammarlab.pages.watch.watch_tasks import DrawPicture, MadeModel, MakeModel, Wanted
 from grammarlab.pages.watch.watcher import Watcher
 from grammarlab.pages.workers.tasks import FindPart
+from grammarlab.runs.sample.checks import SUPPORTED
 from tests.waiting import wait_until
 
 RULES = """@Order(2) @Range(min=3, max=30, stepsize=1) attr height = 12
@@ -52,6 +54,17 @@ def test_groups_are_together_in_the_order_of_their_numbers():
     text = "".join(f'@Group("{group}"{number}) attr {name} = 1\n' for name, group, number in places)
     found = controls_of(Grammar.parse(f"{text}@Order(1) attr f = 1 attr g = 1 Lot --> NIL"))
     assert "".join(control.name for control in found) == "fgbedac"
+
+
+def test_a_file_without_imports_is_parsed_once_and_checked_as_always(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    file = tmp_path / "house.cga"
+    file.write_text(f"{RULES}Nobody --> Needs\n")
+    (checked,) = check_files(file, "house.cga", SUPPORTED)
+    monkeypatch.delattr("grammarlab.language.checking.check.parse")
+    mistakes = made(file, Wanted()).mistakes
+    places = [(finding.message, finding.location.line, finding.location.column) for finding in checked.findings]
+    assert [(mistake.message, mistake.line, mistake.column) for mistake in mistakes] == places
+    assert any("Nobody" in message for message, *_ in places)
 
 
 def test_a_mistake_has_its_line_whatever_kind_it_is(tmp_path: Path):

@@ -9,12 +9,13 @@ import pytest
 from grammarlab.errors import FacadeError
 from grammarlab.synthesis.analysis.example import OUTSIDE, Example, analyse
 from grammarlab.synthesis.mesh.building_files import read_mesh
+from tests.synthesis.analyses import analysed_once
 from tests.synthesis.houses import RECESS, House, house
 from tests.synthesis.rectangles import BOXES, WALL, empty_file, with_sheets
 
 
 def analysed(known: House, path: Path, digits: int = 9) -> Example:
-    return analyse(read_mesh(known.write(path / "house.obj", digits)))
+    return analysed_once(read_mesh(known.write(path / "house.obj", digits)))
 
 
 def same_classes(found: np.ndarray, truth: np.ndarray) -> bool:

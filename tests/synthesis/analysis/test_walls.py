@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
+from scipy import ndimage
 
-from grammarlab.synthesis.analysis.walls import walls_of
+from grammarlab.synthesis.analysis.unit_kinds import _without_details
+from grammarlab.synthesis.analysis.wall_elements import MIN_SIDE_M
+from grammarlab.synthesis.analysis.walls import filled_above_ground, walls_of
 from grammarlab.synthesis.mesh.surface import Surface
 from grammarlab.synthesis.mesh.views import FRONT, seen_from
 
@@ -51,3 +54,23 @@ def test_wings_some_centimetres_apart_have_depths_of_their_own() -> None:
     triangles = np.concatenate([wing.triangles + 4 * number for number, wing in enumerate(wings)])
     walls = walls_of(Surface(points, triangles, np.zeros(len(triangles), dtype=np.int64)), FRONT)
     assert [wall.depth for wall in walls] == pytest.approx(depths, abs=1e-6)
+
+
+@pytest.mark.parametrize("shape", [(0, 0), (1, 1), (1, 9), (9, 1), (20, 30), (40, 25)])
+def test_what_walls_enclose_is_what_scipy_fills_above_a_row_of_ground(shape: tuple[int, int]) -> None:
+    random = np.random.default_rng(7)
+    for share in np.linspace(0.0, 1.0, 21):
+        mask = random.random(shape) < share
+        ground = np.concatenate([np.ones((1, shape[1]), dtype=bool), mask])
+        np.testing.assert_array_equal(filled_above_ground(mask), np.asarray(ndimage.binary_fill_holes(ground))[1:])
+
+
+@pytest.mark.parametrize("pixels", [1, 2, 3, 6, 7])
+def test_details_are_what_a_closing_and_an_opening_by_a_square_remove(pixels: int) -> None:
+    random = np.random.default_rng(8)
+    square = np.ones((pixels, pixels), dtype=bool)
+    for share in (0.0, 0.02, 0.1, 0.5, 0.9):
+        differs = random.random((30, 40)) < share
+        closed = ndimage.binary_closing(np.pad(differs, pixels), square)
+        wide = np.asarray(ndimage.binary_opening(closed, square), dtype=np.bool_)[pixels:-pixels, pixels:-pixels]
+        np.testing.assert_array_equal(_without_details(differs, MIN_SIDE_M / pixels), wide & differs)
