@@ -240,9 +240,9 @@ def test_what_is_left_out_or_cannot_be_carried_out_is_told_once(run, rules, tmp_
     path = rules(
         'import lib : "lib.cga"\nimport gone : "gone.cga"\nLot --> setupUV(0, 1, 1) set(trim.vertical, false) lib.A'
     )
-    rules("A --> reduceGeometry(0.5) extrude(3) [ extrud(2) B ] [ extrud(3) ]", "lib.cga")
+    rules("A --> setupUV(2, 1, 1) extrude(3) [ extrud(2) B ] [ extrud(3) ]", "lib.cga")
     told = run("sample", path, "-n", "2", "-o", tmp_path / "out", "--no-image", "--jobs", "1").stderr.splitlines()
-    assert told[0] == "ignored, since no shape or colour depends on it: reduceGeometry, setupUV"
+    assert told[0] == "ignored, since no shape or colour depends on it: setupUV"
     assert told[1].startswith('not supported: the import "gone.cga", which cannot be read')
     assert told[2].startswith("warning: neither a rule nor an operation, so that shapes end there: ")
     assert "extrud (`grammarlab check" in told[2]

@@ -1,8 +1,8 @@
-"""Operations that change materials, attributes and labels of shapes; ``set`` for placements; operations without effect.
+"""Operations that change materials, attributes and labels of shapes; ``set`` for placements; one without effect.
 
 ``set`` changes the numbers that place a shape: ``scope.t``, ``scope.r``, ``scope.s``, ``pivot.p`` and ``pivot.o``.
 
-``reduceGeometry`` and ``setupUV`` are accepted and have no effect; `grammarlab check` warns of each use.
+``setupUV`` is accepted and has no effect; `grammarlab check` warns of each use.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _PLACEMENT = frozenset(
 """The names of these numbers."""
 _UNCHANGED_SIZE = Argument(1.0, relative=True)
 _WORDS = frozenset[str]().union(*KEYWORDS.values())
-_OF_LOOKS = ("reduceGeometry", "setupUV")
+_OF_LOOKS = ("setupUV",)
 _REMEMBERED = frozenset(f"material.{name}" for name in REMEMBERED)
 _COLOR = ("color.r", "color.g", "color.b")
 _ALIASES = {"color.a": "opacity"}

@@ -1,4 +1,4 @@
-"""Geometry in the same scope: ``cleanupGeometry``, ``convexify``, ``deleteHoles``, and ``footprint`` on its floor."""
+"""Other geometry in the same scope: cleaned, reduced, of convex faces, without holes, or its footprint."""
 
 from __future__ import annotations
 
@@ -26,6 +26,19 @@ def cleanup_geometry(call: BoundCall) -> Shapes:
     kind = cast("Components", call.words[0])
     tolerances = np.clip(call.column(call.values[0]), 0.0, 1.0)
     return reworked(call, tolerances, lambda mesh, tolerance: _if_other(mesh, cleaned(mesh, kind, tolerance)))
+
+
+def reduce_geometry(call: BoundCall) -> Shapes:
+    """``reduceGeometry(share)``: this share of the points is gone, those first that the surface needs least."""
+    from grammarlab.geometry.meshes.reduction import MOST_TRIANGLES, reduced  # noqa: PLC0415  # few rules reduce
+
+    def smaller(mesh: Meshes, share: float) -> Meshes | None:
+        if len(mesh.corners) - 2 * mesh.num_faces > MOST_TRIANGLES:
+            call.warn(f"reduceGeometry reduces at most {MOST_TRIANGLES:,} triangles; larger meshes stay as they are")
+            return None
+        return _if_other(mesh, reduced(mesh, share))
+
+    return reworked(call, np.clip(call.column(call.values[0]), 0.0, 1.0), smaller)
 
 
 def convexify(call: BoundCall) -> Shapes:
@@ -104,4 +117,5 @@ OPERATIONS: dict[str, Operation] = {
     "convexify": Operation(convexify, num_arguments=(0, 1)),
     "deleteHoles": Operation(delete_holes),
     "footprint": Operation(footprint),
+    "reduceGeometry": Operation(reduce_geometry, num_arguments=(1, 1)),
 }
