@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -29,6 +30,11 @@ class Maps:
     """[B] heights, metres, evenly spaced."""
     evidence: Floats
     """[N, A, B] relative to the mean over all sizes."""
+
+    @cached_property
+    def logs(self) -> Floats:
+        """[N, A, B] logarithm of the evidence, which a search for kinds needs hundreds of times."""
+        return np.log(self.evidence)
 
 
 def maps_of(parameters: Floats, smoothing: Floats, low: Floats, high: Floats) -> Maps:

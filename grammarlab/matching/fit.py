@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.matching.elements import Clouds
-from grammarlab.matching.point_density import Array, log_likelihood, visible
+from grammarlab.matching.point_density import Array, along_and_across, log_likelihood, visible
 from grammarlab.matching.template import Stack
 
 _NUM_STEPS = 12
@@ -33,8 +33,8 @@ _BATCH_SIZE = 8
 """Number of elements of a batch."""
 _MIN_TEMPLATES = 16
 """Number of templates from which those with few pieces are fitted separately."""
-_CLASS_ENDS = (12, 32)
-"""Bounds of the classes of numbers of pieces."""
+_CLASS_ENDS = (24,)
+"""Bounds of the classes of numbers of pieces: each is compiled, which takes as long as 100 elements."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +197,9 @@ def _fit_one(
     def robust(value: Array, scale: Array) -> Array:
         return weight / (1.0 + (value / scale) ** 2) ** 2
 
-    def step(state: Array, iteration: Array) -> tuple[Array, None]:
+    def step(carry: tuple[Array, Array, Array], iteration: Array) -> tuple[tuple[Array, Array, Array], None]:
+        """The next state, with residuals and derivatives at the state before it; the last step does not move."""
+        state = carry[0]
         scale = extent * jnp.maximum(0.2 * 0.7**iteration, 0.02)
         value, slopes = linear(state)
         weighted = slopes * robust(value, scale)[:, None]
@@ -211,10 +213,12 @@ def _fit_one(
         matrix += jnp.diag(anchor + 1e-3 + 1e6 * (1.0 - free))
         change = _inverse(matrix) @ (slope + anchor * (state - begin))
         moved = state - jnp.clip(change, -0.3 * extent, 0.3 * extent) * free
-        return moved.at[2:].set(jnp.clip(moved[2:], low, high)), None
+        moved = moved.at[2:].set(jnp.clip(moved[2:], low, high))
+        return (jnp.where(iteration < _NUM_STEPS, moved, state), value, slopes), None
 
-    state, _ = jax.lax.scan(step, begin, jnp.arange(_NUM_STEPS))
-    value, slopes = linear(state)
+    # Residuals are compiled once, in the steps, since compilation takes longer than the fits of 100 elements.
+    before = (begin, jnp.zeros(len(points)), jnp.zeros((len(points), len(begin))))
+    (state, value, slopes), _ = jax.lax.scan(step, before, jnp.arange(_NUM_STEPS + 1))
     near = robust(value, 0.05 * extent)
     noise = jnp.sqrt((near * value**2).sum() / jnp.maximum(near.sum(), 1.0))
     noise = jnp.clip(1.1 * noise, _MIN_NOISE_M, 0.2 * extent)
@@ -248,10 +252,11 @@ def _nearest_piece(segments: Array, points: Array) -> Array:
     """[P] index of the segment [S, 2, 2] nearest to each point [P, 2]; segments of length 0 are ignored."""
     start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
     square = (step**2).sum(-1)
-    away = points[:, None] - start
-    part = jnp.clip((away * step).sum(-1) / jnp.maximum(square, 1e-9), 0.0, 1.0)
-    distance = ((away - part[..., None] * step) ** 2).sum(-1)
-    return jnp.argmin(jnp.where(square > 1e-9, distance, jnp.inf), axis=1)
+    along, across = along_and_across(start, step, points)
+    square = jnp.maximum(square, 1e-9)[:, None]
+    beyond = along - jnp.clip(along, 0.0, square)
+    distance = (across**2 + beyond**2) / square
+    return jnp.argmin(jnp.where(square > 1e-9, distance, jnp.inf), axis=0)
 
 
 def _inverse(matrix: Array) -> Array:

@@ -142,7 +142,7 @@ def _kind_values(part: TemplateGroup) -> tuple[list[Floats], list[Floats]]:
     """Parameters [K] [D] of each kind and their standard deviations, from all elements that share them."""
     kinds = part.solution.kinds
     weight = part.solution.posterior[:, :-1]
-    logs = np.log(part.maps.evidence)
+    logs = part.maps.logs
     size = np.asarray(part.samples.parameters).shape[2]
     values = np.zeros((len(kinds), size))
     spreads = np.zeros((len(kinds), size))

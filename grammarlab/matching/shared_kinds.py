@@ -32,6 +32,8 @@ _TOLERANCE_NATS = 1e-3
 """Least gain of a step, nats; smaller ones end the search."""
 _INITIAL_SHARES = (0.05, 0.15, 0.35)
 """Initial shares of a new kind."""
+_FACTORS = 32
+"""Number of likelihoods, from .02 to 40,000, whose product is far from the limits of floating-point numbers."""
 _MAX_ROUNDS = 40
 """Budget of rounds of additions and of improvements."""
 
@@ -167,7 +169,7 @@ def _indicator(index: Ints) -> Floats:
 def _settled(maps: Maps, kinds: Kinds, weight: Floats) -> Kinds:
     """Kinds with values moved to the best fit of their elements."""
     width, height = kinds.width.copy(), kinds.height.copy()
-    logs = np.log(maps.evidence)
+    logs = maps.logs
     for value in np.unique(width):
         members = np.flatnonzero(width == value)
         score = sum(weight[:, k] @ logs[:, :, height[k]] for k in members)
@@ -192,8 +194,7 @@ def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
     rows = np.unique(kinds.width)
     columns = np.unique(kinds.height)
     for guess in _INITIAL_SHARES if len(kinds) else (1.0,):
-        mixed = (1.0 - _UNKNOWN_SHARE) * ((1.0 - guess) * fit[:, None, None] + guess * maps.evidence) + _UNKNOWN_SHARE
-        gain = np.log(mixed).sum(axis=0)
+        gain = mixture_gain(maps.evidence, fit, guess)
         for name, across, up in (
             ("new", slice(None), slice(None)),
             ("width", rows, slice(None)),
@@ -211,6 +212,23 @@ def _additions(maps: Maps, solution: Solution) -> Iterator[Kinds]:
             if name not in best or part.max() > best[name][0]:
                 best[name] = float(part.max()), proposed
     return iter([proposed for _, proposed in best.values()])
+
+
+def mixture_gain(evidence: Floats, fit: Floats, guess: float) -> Floats:
+    """[A, B] log-likelihood of all elements with a further kind of each size, whose share is `guess`.
+
+    Factors are multiplied before the logarithm, element by element, so that what is worked on stays in the cache.
+    """
+    base = (1.0 - _UNKNOWN_SHARE) * (1.0 - guess) * fit + _UNKNOWN_SHARE
+    gain, product, factor = np.zeros(evidence.shape[1:]), np.ones(evidence.shape[1:]), np.empty(evidence.shape[1:])
+    for element, part in enumerate(evidence):
+        np.multiply(part, (1.0 - _UNKNOWN_SHARE) * guess, out=factor)
+        factor += base[element]
+        product *= factor
+        if (element + 1) % _FACTORS == 0 or element + 1 == len(evidence):
+            gain += np.log(product)
+            product.fill(1.0)
+    return gain
 
 
 def _length(solution: Solution) -> float:

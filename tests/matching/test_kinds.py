@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grammarlab.matching.evidence_maps import Maps, maps_of
-from grammarlab.matching.shared_kinds import find_kinds
+from grammarlab.matching.shared_kinds import find_kinds, mixture_gain
 from grammarlab.matching.strength import find_kinds_with
 
 SIZES = np.array([[1.0, 1.5], [1.0, 1.9], [1.3, 1.9], [1.3, 1.5]])
@@ -62,3 +62,10 @@ def test_maps_are_densities_over_their_mean():
     assert maps.evidence.mean(axis=(1, 2)) == pytest.approx(np.ones(3), rel=1e-6)
     best = [np.unravel_index(each.argmax(), each.shape) for each in maps.evidence]
     assert [maps.widths[each[0]] for each in best] == pytest.approx([1.2] * 3, abs=0.02)
+
+
+def test_a_further_kind_gains_the_logarithms_of_all_elements():
+    evidence = np.random.default_rng(0).uniform(1e-4, 4e4, (70, 3, 4))
+    fit = np.random.default_rng(1).uniform(0.0, 4e4, 70)
+    mixture = 0.98 * (0.85 * fit[:, None, None] + 0.15 * evidence) + 0.02
+    assert mixture_gain(evidence, fit, 0.15) == pytest.approx(np.log(mixture).sum(axis=0), rel=1e-12)

@@ -35,6 +35,7 @@ from grammarlab.synthesis.analysis.walls import (
     Wall,
     covered,
     filled_above_ground,
+    normals_of,
 )
 
 _MOST_OPENINGS = 5_000
@@ -65,7 +66,8 @@ def openings_of(walls: Sequence[Wall], corners: Floats, patches: Ints) -> list[W
         patches: [K, T] number of the patch of each triangle, in each of K divisions of the building into patches, the
             most trusted one first.
     """
-    found = [_patches(walls, corners, patch) for patch in patches]
+    normals = normals_of(corners)
+    found = [_patches(walls, normals, patch) for patch in patches]
     return [
         reduce(_with_further, (_openings(wall, corners, rows) for rows in parts))
         for wall, *parts in zip(walls, *found, strict=True)
@@ -77,14 +79,15 @@ def tilt_of(wall: Wall, corners: Floats, patches: Ints) -> float:
 
     0 if it has no effect. Arguments as in `openings_of`.
     """
-    parts = [rows for patch in patches for rows in _patches([wall], corners, patch)[0]]
+    normals = normals_of(corners)
+    parts = [rows for patch in patches for rows in _patches([wall], normals, patch)[0]]
     parts = sorted(parts, key=len)[-_MOST_TILTED:]
     numbers = [sum(1 for _ in _holes(wall, corners[rows])) for rows in parts]
     if not any(numbers):
         return 0.0
     rows = parts[int(np.argmax(numbers))]
-    normal = np.cross(corners[rows, 1] - corners[rows, 0], corners[rows, 2] - corners[rows, 0])
-    across, _, towards = (normal * np.sign(normal[:, 2:])).sum(axis=0).tolist()
+    normal = normals[:, rows]
+    across, _, towards = (normal * np.sign(normal[2])).sum(axis=1).tolist()
     width = float(np.ptp(corners[rows, :, 0]))
     return float(np.arctan2(across, towards)) if abs(across) * width > MAX_TILT_M * towards else 0.0
 
@@ -114,12 +117,13 @@ def _openings(wall: Wall, corners: Floats, patches: Sequence[Ints]) -> WallEleme
     return WallElements.of(boxes[counts])
 
 
-def _patches(walls: Sequence[Wall], corners: Floats, patch: Ints) -> list[list[Ints]]:
+def _patches(walls: Sequence[Wall], normals: Floats, patch: Ints) -> list[list[Ints]]:
     """The triangles of each patch that faces the viewer and is visible, for the wall that shows most of it."""
     num = int(patch.max(initial=-1)) + 1
     area = np.array([_visible(wall, patch, num) for wall in walls]).reshape(len(walls), num)
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
-    facing, size = (np.bincount(patch, part, num) for part in (np.abs(normal[:, 2]), np.linalg.norm(normal, axis=1)))
+    across, up, towards = normals
+    parts = np.abs(towards), np.sqrt(across * across + up * up + towards * towards)
+    facing, size = (np.bincount(patch, part / 2.0, num) for part in parts)
     enough = area.max(axis=0, initial=0.0) >= np.maximum(_MIN_VISIBLE_SHARE * facing, MIN_AREA_M2)
     order, count = np.argsort(patch, kind="stable"), np.bincount(patch, minlength=num)
     ends = np.cumsum(count)

@@ -121,10 +121,10 @@ class Wall:
 def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall]:
     """The walls of one side, the largest first, from a map of this many pixels."""
     corners = seen_from(side, surface.points)[surface.triangles]
-    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(facing, axis=1)
+    facing = normals_of(corners)
+    length = np.sqrt((facing * facing).sum(axis=0))
     view = depth_map(corners, num_pixels)
-    upright = np.append(np.abs(facing[:, 2]) >= FACING * length, False)[view.triangle] & (view.triangle >= 0)
+    upright = np.append(np.abs(facing[2]) >= FACING * length, False)[view.triangle] & (view.triangle >= 0)
     remaining = upright.copy()
     walls: list[Wall] = []
     while remaining.any() and len(walls) < _MAX_WALLS:
@@ -177,6 +177,13 @@ def walls_of(surface: Surface, side: int, num_pixels: int = PIXELS) -> list[Wall
     return sorted(walls, key=lambda wall: -float((wall.high - wall.low).prod()))
 
 
+def normals_of(corners: Floats) -> Floats:
+    """[3, T] normals of triangles [T, 3, 3], each twice as long as its triangle is large, by coordinate."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corners.transpose(1, 2, 0)
+    bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+    return np.stack([by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx])
+
+
 def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
     """The nearest triangle at each pixel.
 
@@ -184,7 +191,8 @@ def depth_map(corners: Floats, num_pixels: int) -> DepthMap:
         corners: [T, 3, 3] corners of triangles in the coordinates of a view.
         num_pixels: approximate number of pixels of the map.
     """
-    low, high = corners.reshape(-1, 3).min(axis=0)[:2], corners.reshape(-1, 3).max(axis=0)[:2]
+    flat = corners[..., 0], corners[..., 1]
+    low, high = (np.array([end(values) for values in flat]) for end in (np.min, np.max))
     size = np.maximum(high - low, 1e-9)
     step = float(np.sqrt(size.prod() / num_pixels))
     step = max(step, float(size.max()) / num_pixels)
@@ -265,12 +273,12 @@ def _own_plane(view: DepthMap, normals: Floats, flat: Flags, middle: float) -> t
 
     Args:
         view: the map.
-        normals: [T, 3] normals of the triangles, of any length.
+        normals: [3, T] normals of the triangles, of any length.
         flat: [H, W] pixels near the plane of the wall.
         middle: horizontal coordinate of the middle of the wall.
     """
     depth, x = view.depth[flat], view.low[0] + (np.nonzero(flat)[1] + 0.5) * view.step
-    across, _, towards = normals[view.triangle[flat]].T
+    across, _, towards = normals[:, view.triangle[flat]]
     centred = x - x.mean()
     fitted = float((centred * (depth - depth.mean())).sum() / max((centred**2).sum(), 1e-12))
     slopes = [0.0]
