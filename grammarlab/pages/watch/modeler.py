@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -42,6 +43,8 @@ MAX_GLB_BYTES = 128 << 20
 """Largest size of a model for a window in bytes."""
 _QUALITY = 88
 """Quality of JPEGs, 1 to 95."""
+_MOST_PRINTS = 20
+"""Largest number of lines of `print` on the page."""
 
 
 def modeler(file: str, assets: str, library: str = "") -> Handler:
@@ -88,9 +91,9 @@ class _Bench:
             numbering = number_grammar(rules)
             self.part_finder = PartFinder("", GrammarParts(forest, numbering))
             tree = tuple(part_tree(forest, numbering, self.file))
-            missing = warnings_of(forest.missing_assets, folder)
-            warnings = (*self._remarks(rules), *(_mistake_of(each, lines) for each in missing))
-            return MadeModel(glb, len(forest.leaves), controls, warnings, tree)
+            passed_over = (*forest.warnings, *warnings_of(forest.missing_assets, folder))
+            remarks = (*_printed(forest.prints), *(_mistake_of(each, lines) for each in passed_over))
+            return MadeModel(glb, len(forest.leaves), controls, (*remarks, *self._remarks(rules)), tree)
         except LanguageError as error:
             mistakes = tuple(_mistake_of(each, error.text.splitlines() or lines) for each in error.findings)
             return MadeModel(controls=controls, mistakes=mistakes)
@@ -112,7 +115,7 @@ class _Bench:
         return tuple(
             _in_file(_mistake_of(finding, each.text.splitlines()), Path(each.file), source.path)
             for each in self.checked
-            for finding in each.findings
+            for finding in _gathered(each.findings)
         )
 
     def _rules(self) -> Grammar:
@@ -150,6 +153,25 @@ def _is_as_checked(checked: CheckedFile) -> bool:
         return read_text(Path(checked.file)).removeprefix("\ufeff") == checked.text
     except LanguageError:  # removed
         return False
+
+
+def _gathered(findings: Sequence[Finding]) -> Iterator[Finding]:
+    """Findings of a file; of the rules that nothing leads to, many in a file of several start rules, only the first."""
+    unreachable = [finding for finding in findings if finding.code == "unreachable-rule"]
+    for finding in findings:
+        if finding not in unreachable:
+            yield finding
+        elif finding is unreachable[0]:
+            more = f", nor to {len(unreachable) - 1:,} others" if len(unreachable) > 1 else ""
+            yield replace(finding, message=f"{finding.message}{more}")
+
+
+def _printed(texts: Sequence[str]) -> Iterator[Mistake]:
+    """What the rules print."""
+    for text in texts[:_MOST_PRINTS]:
+        yield Mistake("note", f"printed: {text}")
+    if len(texts) > _MOST_PRINTS:
+        yield Mistake("note", f"… and {len(texts) - _MOST_PRINTS:,} more printed lines; grammarlab sample shows them")
 
 
 def _in_file(mistake: Mistake, file: Path, shown: Path) -> Mistake:

@@ -36,9 +36,10 @@ class DrawPicture:
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """An error or a warning about the rule file."""
+    """An error or a warning about the rule file, or what its rules print."""
 
     severity: str
+    """``error``, ``warning`` or ``note``."""
     message: str
     hint: str = ""
     line: int = 0

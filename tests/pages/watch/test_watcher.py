@@ -67,6 +67,21 @@ def test_a_file_without_imports_is_parsed_once_and_checked_as_always(tmp_path: P
     assert any("Nobody" in message for message, *_ in places)
 
 
+def test_what_a_derivation_passes_over_or_prints_is_on_the_page_and_unused_rules_are_one_line(tmp_path: Path):
+    file = tmp_path / "lot.cga"
+    printed = " ".join(f"print({number})" for number in range(22))
+    unused = "".join(f"Other{number} --> NIL\n" for number in range(3))
+    file.write_text(f'@StartRule\nLot --> {printed} color("#fff") extrude(3) Mass.\n{unused}')
+    mistakes = made(file, Wanted()).mistakes
+    notes = [mistake.message for mistake in mistakes if mistake.severity == "note"]
+    assert notes[:2] == ["printed: 0", "printed: 1"]
+    assert (len(notes), notes[-1]) == (21, "… and 2 more printed lines; grammarlab sample shows them")
+    passed_over, unreachable = (mistake for mistake in mistakes if mistake.severity == "warning")
+    assert "the colour does not change" in passed_over.message
+    assert unreachable.line == 3
+    assert unreachable.message == "nothing leads from a start rule to the rule Other0, nor to 2 others"
+
+
 def test_a_mistake_has_its_line_whatever_kind_it_is(tmp_path: Path):
     file = tmp_path / "house.cga"
     bench = modeler(str(file), "")
