@@ -57,6 +57,7 @@ class FileFormat(StrEnum):
     obj = "obj"
     ply = "ply"
     usd = "usd"
+    usdz = "usdz"
     stl = "stl"
     three_mf = "3mf"
 

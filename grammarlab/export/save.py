@@ -20,10 +20,10 @@ from grammarlab.scene.instances import require_proper, scene_of_model
 from grammarlab.scene.layout import SceneLayout, around, grid, in_place, model_bounds
 from grammarlab.scene.pivots import PIVOTS, Pivot, at_pivot
 
-Format = Literal["glb", "obj", "ply", "usd", "stl", "3mf"]
+Format = Literal["glb", "obj", "ply", "usd", "usdz", "stl", "3mf"]
 Reuse = Literal["merged", "nodes", "instancing"]
 FORMATS: tuple[str, ...] = get_args(Format)
-HAVE_NODES = ("glb", "usd")
+HAVE_NODES = ("glb", "usd", "usdz")
 """Formats whose files have their places in the world in 64 bits, so that each file can count from its own model."""
 REUSES: tuple[str, ...] = get_args(Reuse)
 
@@ -76,7 +76,8 @@ def save(
     Args:
         scene: a scene with at least one model.
         path: the file; an OBJ puts its MTL and images beside it.
-        file_format: ``glb``, ``obj``, ``ply``, ``usd``, ``stl`` or ``3mf``; by default from the suffix of `path`.
+        file_format: ``glb``, ``obj``, ``ply``, ``usd``, ``usdz``, ``stl`` or ``3mf``; by default from the suffix of
+            `path`.
         options: the options.
 
     Returns:
@@ -263,11 +264,11 @@ def _writer(
         from grammarlab.export.threemf import ThreeMfWriter  # noqa: PLC0415
 
         return ThreeMfWriter(output, layout.origin)
-    if file_format == "usd":
+    if file_format in ("usd", "usdz"):
         require("pxr")
         from grammarlab.export.usd import UsdWriter  # noqa: PLC0415
 
-        return UsdWriter(output, target, layout.origin, options.assets, in_world=in_world)
+        return UsdWriter(output, target, layout.origin, options.assets, in_world=in_world, packed=file_format == "usdz")
     if file_format == "obj":
         from grammarlab.export.obj import ObjWriter  # noqa: PLC0415
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Mapping
 from importlib import import_module
+from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias, cast, final
+from zipfile import ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +47,14 @@ _PROPERTIES: Mapping[tuple[type, bool], Any] = {
 """Kinds of attributes, of those that Blender reads, by the type of their value and whether it is a list."""
 
 
+_ALIGNMENT = 64
+"""In a USDZ, the data of each file begins at a multiple of this number of bytes, so that readers can map it."""
+_HEADER_BYTES, _FIELD_BYTES = 30, 4
+"""Sizes in a ZIP: of the header of a file without its name, and of that of a further field."""
+_PADDING = 0x1986
+"""Number of the field that has no other use, as OpenUSD writes it."""
+
+
 @final
 class UsdWriter(AbstractWriter):
     """A stage with one assembly, a component for each model, a group for each of its symbols, and instances in it.
@@ -56,6 +67,7 @@ class UsdWriter(AbstractWriter):
         origin: [3] origin of the file in the world, in metres; USD stores it in 64 bits.
         assets: folder of the textures; None leaves them out.
         in_world: whether the assembly is at its place in the world; otherwise a property of it names this place.
+        packed: whether the file is an archive (USDZ) of the stage and its images.
     """
 
     def __init__(
@@ -66,8 +78,10 @@ class UsdWriter(AbstractWriter):
         assets: AssetRoot | None,
         *,
         in_world: bool = True,
+        packed: bool = False,
     ) -> None:
         self._stream = output.stream
+        self._packed = packed
         self._path = path
         self._assets = assets
         self._stage = Usd.Stage.CreateInMemory()
@@ -105,14 +119,17 @@ class UsdWriter(AbstractWriter):
 
     def finish(self) -> tuple[Path, ...]:
         """See `AbstractWriter.finish`."""
-        files = {self._path.with_name(name): content for name, content in self._images.values()}
-        for path, content in files.items():
-            write_whole(path, content)
         # The library writes files by name only.
         with TemporaryDirectory() as folder:
             whole = Path(folder, "stage.usdc")
             self._stage.GetRootLayer().Export(str(whole))
+            if self._packed:
+                self._stream.write(_package([(whole.name, whole.read_bytes()), *self._images.values()]))
+                return ()
             self._stream.write(whole.read_bytes())
+        files = {self._path.with_name(name): content for name, content in self._images.values()}
+        for path, content in files.items():
+            write_whole(path, content)
         return tuple(files)
 
     def _add_textured(
@@ -258,6 +275,19 @@ class UsdWriter(AbstractWriter):
             number += 1
             path = parent.AppendChild(f"{word}_{number}")
         return path
+
+
+def _package(files: Iterable[tuple[str, bytes]]) -> bytes:
+    """USDZ of files, the stage first. The library itself puts the time of day into it."""
+    package = BytesIO()
+    with ZipFile(package, "w") as archive:
+        for name, content in files:
+            entry = ZipInfo(name)
+            start = package.tell() + _HEADER_BYTES + len(name.encode()) + _FIELD_BYTES
+            padding = -start % _ALIGNMENT
+            entry.extra = struct.pack("<HH", _PADDING, padding) + bytes(padding)
+            archive.writestr(entry, content)
+    return package.getvalue()
 
 
 def _label(

@@ -255,6 +255,26 @@ def test_a_stage_has_kinds_names_materials_and_instances(tmp_path):
     assert path.read_bytes() == save(houses, path, options=SaveOptions(assets=tmp_path / "assets")).read_bytes()
 
 
+def test_a_package_is_the_stage_with_its_images(tmp_path):
+    usd, sdf = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.Sdf")
+    (tmp_path / "assets").mkdir()
+    Image.new("RGB", (8, 8), (200, 100, 50)).save(tmp_path / "assets" / "brick.png")
+    rules = RULES + 'Roof --> setupProjection(0, scope.xy, 2, 2) texture("brick.png") projectUV(0) Tiles\n'
+    houses, options = scene(rules, assets=tmp_path / "assets"), SaveOptions(assets=tmp_path / "assets")
+    plain, package = (save(houses, tmp_path / f"two houses.{kind}", options=options) for kind in ("usd", "usdz"))
+    package.rename(tmp_path / "alone.usdz")
+    stages = [usd.Stage.Open(str(path)) for path in (plain, tmp_path / "alone.usdz")]
+    one, other = (stage.GetRootLayer().ExportToString() for stage in stages)
+    assert one == other
+    with ZipFile(tmp_path / "alone.usdz") as archive:
+        assert [Path(name).suffix for name in archive.namelist()] == [".usdc", ".png"]
+        assert {each.date_time for each in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+        assert archive.read(archive.namelist()[1]) == (tmp_path / "assets" / "brick.png").read_bytes()
+    reader = sdf.ZipFile.Open(str(tmp_path / "alone.usdz"))
+    entries = [reader.GetFileInfo(name) for name in reader.GetFileNames()]
+    assert [(each.dataOffset % 64, each.compressionMethod, each.encrypted) for each in entries] == [(0, 0, False)] * 2
+
+
 def test_names_that_are_one_to_usd_keep_their_values(tmp_path):
     usd = pytest.importorskip("pxr.Usd")
     rules = 'attr größe = 2 attr grüße = 3 Lot --> report("a.b", 5) report("a_b", 6) report("a_b_2", 7) extrude(3) Box'

@@ -19,7 +19,7 @@ from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.work.run_folder import own_folder
 
 _BATCH = re.compile(r"\d{5,}")
-_FILE = re.compile(r"(?:-(\d{5,}))?(_texture_\d+|_plan)?\.(glb|obj|mtl|ply|usd|stl|3mf|png|jpg)")
+_FILE = re.compile(r"(?:-(\d{5,}))?(_texture_\d+|_plan)?\.(glb|obj|mtl|ply|usdz?|stl|3mf|png|jpg)")
 """Names of the files of models and of the sheet after the name of the grammar."""
 _PLAN = "_plan"
 """End of the name of the plan of a stand of trees."""

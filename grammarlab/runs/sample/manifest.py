@@ -41,6 +41,7 @@ _SHIPPED, _SHIPPED_SPECIES = "shipped", "shipped species"
 _PLACES: Mapping[str, str] = {
     "glb": "a node 'origin'",
     "usd": "its prim 'World'",
+    "usdz": "its prim 'World'",
     "obj": "a comment",
     "ply": "a comment",
     "stl": "its first 80 bytes",

@@ -317,7 +317,7 @@ def with_value(document, path, value):
 
 def test_a_manifest_with_any_value_of_another_type_is_read_or_refused_in_words(tmp_path):
     request = tower(tmp_path, attributes={"height": 4.0})
-    footprint = batches_module.SampleRequest.of("toy", footprint="5x5").footprints
+    footprint = SampleRequest.of("toy", footprint="5x5").footprints
     run = sample_run(replace(request, footprints=footprint, num_models=1), tmp_path / "out")
     values = json.loads(run.manifest.read_text())
     messages = []
