@@ -208,6 +208,25 @@ def _parse(path: str, root: AssetRoot) -> _Parsed:
     return _Parsed(asset, ((path, stamp), *neighbours.stamps))
 
 
+def load_material(path: str, root: AssetRoot) -> PartMaterial | None:
+    """The first material of an MTL file, placed as those of a mesh; None if it has none with a colour or an image.
+
+    Raises:
+        MissingAssetError: If the folder has no such file.
+        UnreadableAssetError: If it is too large, or of another format.
+        AssetError: If it lies outside.
+    """
+    from grammarlab.assets.mtl_reader import read_mtl  # noqa: PLC0415  # few rules read materials
+
+    if Path(path).suffix.lower() != ".mtl":
+        raise UnreadableAssetError(f'the material "{path}" is not readable; expected .mtl')
+    file = find_asset(path, root)
+    folder, name = place_of(file, root)
+    materials = (material for material in read_mtl(_content(file, path, MAX_BYTES)).values() if material is not None)
+    first = next(materials, None)
+    return first and _placed(first, Path(name), folder)
+
+
 def _stamp(path: str, root: AssetRoot) -> Stamp:
     """State of a file of the folder; None if there is none to read."""
     try:
@@ -231,7 +250,7 @@ def _placed(material: PartMaterial, file: Path, root: Path) -> PartMaterial:
         texture = file.as_posix() + texture
     elif texture:
         texture = image_beside(texture, file.parent, root)
-    if file.suffix.lower() == ".obj":
+    if file.suffix.lower() in (".obj", ".mtl"):
         return replace(material, texture=texture)
     red, green, blue = srgb_from_linear(np.array(material.color[:3])).tolist()
     glow = srgb_from_linear(np.array(material.emissive)).tolist()

@@ -1,15 +1,22 @@
-"""Materials of shapes as tables of names and values: ``getMaterial``, and what ``setMaterial`` takes."""
+"""Materials as tables of names and values: ``getMaterial``, ``readMaterial``, and what ``setMaterial`` takes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import partial
 
 import numpy as np
 
+from grammarlab.assets.mesh_files import load_material
+from grammarlab.assets.mesh_parts import PartMaterial
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
+from grammarlab.derivation.calls.table_columns import for_each
+from grammarlab.derivation.functions.asset_functions import root_of
 from grammarlab.derivation.functions.shape_attributes import ASSET_MATERIAL
-from grammarlab.derivation.state.array_table import Table, cell_text
+from grammarlab.derivation.materials import CHANNELS
+from grammarlab.derivation.state.array_table import Cell, Table, cell_text
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value, number_column
+from grammarlab.errors import AssetError, DerivationError, MissingAssetError, UnreadableAssetError
 from grammarlab.language.syntax.keywords import KEYWORDS
 
 
@@ -23,6 +30,12 @@ def with_asset_materials(shapes: Shapes, materials: Ids) -> Shapes:
     if ASSET_MATERIAL not in shapes.state:
         return shapes
     return shapes._replace(state={**shapes.state, ASSET_MATERIAL: materials.astype(np.float64)})
+
+
+def asset_channels(material: PartMaterial, *, has_image: bool = True) -> dict[str, float | str]:
+    """The channels of a material of an asset."""
+    values = (*material.color, material.metallic, material.roughness, *material.emissive)
+    return {**dict(zip(CHANNELS, values, strict=True)), "texture": material.texture if has_image else ""}
 
 
 def named_values(table: Table) -> Iterator[tuple[str, str]]:
@@ -42,13 +55,42 @@ def _get_material(call: FunctionCall) -> Value:
     materials = asset if "geometry" in words else table.without(used, asset) if "shape" in words else used
     different, inverse = np.unique(materials, return_inverse=True)
     rows = [table.attributes(material, changed="all" not in words) for material in different.tolist()]
-    arrays = [
-        Table("string", len(row), 2, tuple(text for name, value in row.items() for text in (name, cell_text(value))))
-        for row in rows
-    ]
-    return call.workspace.tables.ids(arrays)[inverse]
+    return call.workspace.tables.ids([_rows_of(row) for row in rows])[inverse]
+
+
+def _rows_of(attributes: Mapping[str, float | str]) -> Table:
+    cells = tuple(text for name, value in attributes.items() for text in (name, cell_text(value)))
+    return Table("string", len(attributes), 2, cells)
+
+
+def _read_material(call: FunctionCall) -> Value:
+    """``readMaterial(path)``: a row of name and value for each attribute of the first material of an MTL file."""
+    return for_each(call.arguments, call.shapes.num, call.workspace, partial(_material_in, call), call.location)
+
+
+def _material_in(call: FunctionCall, path: Cell | Table) -> Table:
+    """The first material of a file; an empty array, and a record of it, if there is none to read."""
+    root, recorder = root_of(call), call.workspace.recorder
+    if not isinstance(path, str):
+        raise DerivationError(f"{call.name} expects the path of a file", call.location)
+    if root is None:
+        hint = "give the folder of the files: --assets DIR, or in Python assets='DIR'"
+        raise DerivationError(f'the material "{path}" needs an asset folder', call.location, hint)
+    try:
+        material = load_material(path, root)
+    except MissingAssetError:
+        recorder.add_missing_asset(path, call.location)
+    except UnreadableAssetError as error:
+        recorder.add_missing_asset(path, call.location, str(error))
+    except AssetError as error:
+        raise DerivationError(str(error), call.location) from error
+    else:
+        channels = {} if material is None else asset_channels(material)
+        return _rows_of({"colormap" if name == "texture" else name: value for name, value in channels.items()})
+    return _rows_of({})
 
 
 BUILTINS: dict[str, Builtin] = {
     "getMaterial": Builtin(_get_material, (0, 2), keywords=KEYWORDS["material_source"] | KEYWORDS["material_mode"]),
+    "readMaterial": Builtin(_read_material, (1, 1)),
 }

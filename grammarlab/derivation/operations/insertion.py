@@ -8,11 +8,14 @@ from functools import partial
 import numpy as np
 
 from grammarlab.arrays import Floats, distinct
-from grammarlab.assets.mesh_parts import PartMaterial
 from grammarlab.derivation.calls.calls import BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.texture_transfer import without_maps
-from grammarlab.derivation.functions.shape_materials import ASSET_MATERIAL, asset_materials, with_asset_materials
-from grammarlab.derivation.materials import CHANNELS
+from grammarlab.derivation.functions.shape_materials import (
+    ASSET_MATERIAL,
+    asset_channels,
+    asset_materials,
+    with_asset_materials,
+)
 from grammarlab.derivation.state.corner_maps import with_face_maps
 from grammarlab.derivation.state.mesh_table import mirrored, upright
 from grammarlab.derivation.state.shapes import BOX, FOOTPRINT, Ids, Shapes
@@ -114,19 +117,13 @@ def painted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
     if asset is None or asset.materials == (None,):
         return shapes
     materials = [
-        None if material is None else _channels(material, has_image=name == path) for material in asset.materials
+        None if material is None else asset_channels(material, has_image=name == path) for material in asset.materials
     ]
     table = call.workspace.materials
     table.cut_out |= {each.texture for each in asset.materials if each is not None and each.is_cut_out} - {""}
     of_asset = table.inserted(np.zeros(shapes.num, np.int32), materials) if ASSET_MATERIAL in shapes.state else None
     painted = shapes._replace(material=table.inserted(shapes.material, materials))
     return painted if of_asset is None else with_asset_materials(painted, of_asset)
-
-
-def _channels(material: PartMaterial, *, has_image: bool) -> dict[str, float | str]:
-    """The channels of a material of an asset."""
-    values = (*material.color, material.metallic, material.roughness, *material.emissive)
-    return {**dict(zip(CHANNELS, values, strict=True)), "texture": material.texture if has_image else ""}
 
 
 def _stood_up(call: BoundCall, mesh: int, asset_size: Floats, low: Floats) -> tuple[int, Floats, Floats]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation import Forest, derive
+from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
 from tests.derivation.operations.leaves import sampled
 
@@ -107,3 +108,32 @@ def test_what_an_array_says_wrongly_is_left_out_with_a_warning(array):
     forest = sampled(f"Lot --> setMaterial({array}) A")
     assert len(forest.warnings) == 1
     assert forest.materials.channels[forest.leaves.material[0], :3].tolist() == [1.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize("before", ["", 'color(1, 0, 1) texture("old.png") set(material.metallic, 1)'])
+def test_a_material_from_a_file_is_that_of_a_mesh_with_the_file(tmp_path, before):
+    (tmp_path / "looks").mkdir()
+    (tmp_path / "looks" / "brick.jpg").write_bytes(b"")
+    (tmp_path / "looks" / "brick.mtl").write_text("newmtl none\nnewmtl red\nKd 1 .5 0\nPm .7\nd .5\nmap_Kd brick.jpg\n")
+    mesh = "mtllib brick.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl red\nf 1 2 3"
+    (tmp_path / "looks" / "tile.obj").write_text(mesh)
+
+    def look(operations):
+        return looks(derive(Grammar.parse(f"Lot --> {operations} A"), 1, 1, assets=tmp_path))
+
+    set_from_file = look(f'primitiveQuad() {before} setMaterial(readMaterial("looks/brick.mtl"))')
+    assert set_from_file == look(f'{before} i("looks/tile.obj")')
+    assert set_from_file[0][-1] == "looks/brick.jpg"
+
+
+@pytest.mark.parametrize("path", ["none.mtl", "plant.obj", "plant.cgamat"])
+def test_a_file_without_a_material_changes_nothing_and_is_told(assets, path):
+    forest = derive(Grammar.parse(f'Lot --> color(1, 0, 0) setMaterial(readMaterial("{path}")) A'), 1, 1, assets=assets)
+    assert looks(forest) == looks(sampled("Lot --> color(1, 0, 0) A"))
+    assert [missing.path for missing in forest.missing_assets] == [path]
+
+
+def test_a_material_outside_of_the_asset_folder_is_refused(assets):
+    grammar = Grammar.parse('Lot --> setMaterial(readMaterial("../plant.mtl")) A')
+    with pytest.raises(DerivationError, match="outside"):
+        derive(grammar, 1, 1, assets=assets)
