@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from grammarlab.arrays import Floats, distinct
+from grammarlab.arrays import Floats, Ints, distinct, distinct_rows
 from grammarlab.derivation.calls.calls import BoundCall, Operation, OperationFunction
 from grammarlab.derivation.calls.texture_transfer import without_maps
 from grammarlab.derivation.functions.shape_materials import (
@@ -199,23 +199,29 @@ def _mesh(call: BoundCall, name: str, counts: list[float | Floats]) -> Ids:
     """[N] mesh of a primitive with given numbers of sides and divisions."""
     if name in ("cube", "quad"):
         return np.full(call.shapes.num, BOX if name == "cube" else FOOTPRINT, dtype=np.int32)
-    columns = [np.broadcast_to(np.rint(count), call.shapes.num) for count in counts]
-    if not columns:
+    if not counts:
         return np.full(call.shapes.num, _named(call, name, ()), dtype=np.int32)
-    table, inverse = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    table, number = _different_counts(call, counts)
     if table.min() < 3 or table.max() > _MOST_SIDES:
         raise call.error(f"{call.name} expects 3 to {_MOST_SIDES} sides, found {table.min():g} to {table.max():g}")
     ids = [_named(call, name, tuple(int(count) for count in row)) for row in table]
-    return np.array(ids, dtype=np.int32)[inverse]
+    return np.array(ids, dtype=np.int32).take(number)
 
 
 def _of_counts(call: BoundCall, measure: Callable[..., Floats], counts: list[float | Floats]) -> Floats:
     """[N, 3] what a measure gives for numbers of sides and divisions; [3] without any."""
     if not counts:
         return measure()
+    table, number = _different_counts(call, counts)
+    return np.array([measure(*(int(count) for count in row)) for row in table]).take(number, axis=0)
+
+
+def _different_counts(call: BoundCall, counts: list[float | Floats]) -> tuple[Floats, Ints]:
+    """Different rows [K, C] of numbers of sides and divisions, in ascending order, and the row [N] of each shape."""
     columns = [np.broadcast_to(np.rint(count), call.shapes.num) for count in counts]
-    table, inverse = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
-    return np.array([measure(*(int(count) for count in row)) for row in table])[inverse.ravel()]
+    first, number = distinct_rows(*columns)
+    table, order = np.unique(np.stack(columns, axis=1).take(first, axis=0), axis=0, return_inverse=True)
+    return table, order.ravel().take(number)
 
 
 def _named(call: BoundCall, name: str, counts: tuple[int, ...]) -> int:
