@@ -125,7 +125,7 @@ def _read_file(path: Path, layer: str | None) -> Source:
     if path.suffix.lower() not in VECTOR_SUFFIXES and _is_wkt(_beginning(path)):
         if layer is not None:
             raise UsageError(f"{path}: WKT has no layers; leave out ':{layer[:80]}'.")
-        return replace(_read_wkt(_text_of(path), _EXPECTED), name=str(path))
+        return _read_wkt_file(path)
     if path.suffix.lower() not in VECTOR_SUFFIXES and not is_cityjson(path):
         if layer is not None:
             raise UsageError(f"{path}: GeoJSON has no layers; leave out ':{layer[:80]}'.")
@@ -147,6 +147,34 @@ def _beginning(path: Path) -> str:
     """The first characters of a regular file, without a byte order mark."""
     with open_regular(path) as file:
         return file.read(_HEAD_BYTES).decode("utf-8-sig", errors="replace")
+
+
+def _read_wkt_file(path: Path) -> Source:
+    """The outlines of all texts of a file, each of which begins in a line of its own.
+
+    Raises:
+        AssetError: If one of them cannot be read, or they have several coordinate systems.
+    """
+    sources = [_read_wkt(text, _EXPECTED) for text in _texts(_text_of(path))]
+    systems = {source.crs for source in sources}
+    if len(systems) > 1:
+        names = ", ".join(sorted(crs.name for crs in systems))
+        raise AssetError(f"{path}: expected one coordinate system for all texts, found {names}.")
+    outlines = tuple(outline for source in sources for outline in source.outlines)
+    remarks = tuple(remark for source in sources for remark in source.remarks)
+    return replace(sources[0], name=str(path), outlines=outlines, remarks=remarks)
+
+
+def _texts(content: str) -> list[str]:
+    """Texts of WKT: a line that begins as one does, outside of parentheses, is the first of another."""
+    texts: list[list[str]] = []
+    depth = 0
+    for line in filter(str.strip, content.splitlines()):
+        if not texts or (depth == 0 and _is_wkt(line)):
+            texts.append([])
+        texts[-1].append(line)
+        depth += line.count("(") - line.count(")")
+    return ["\n".join(lines) for lines in texts]
 
 
 def _text_of(path: Path) -> str:

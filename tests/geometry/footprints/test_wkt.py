@@ -110,3 +110,22 @@ def test_a_file_of_wkt_has_no_layers(tmp_path):
     (tmp_path / "lot.txt").write_text(f"POLYGON ({RING})")
     with pytest.raises(UsageError, match="WKT has no layers; leave out ':parcels'"):
         read_footprint_map(f"{tmp_path / 'lot.txt'}:parcels")
+
+
+def test_a_file_may_have_a_text_in_each_line(tmp_path):
+    texts = [
+        f"POLYGON ({RING})",
+        "MULTIPOLYGON (((20 0, 30 0, 30 4, 20 0)),\n((40 0, 50 0, 50 4, 40 0)))",
+        "POINT (1 2)",
+    ]
+    (tmp_path / "lots.wkt").write_text("\n".join(texts) + "\n")
+    plan = read_footprint_map(str(tmp_path / "lots.wkt"))
+    whole = read_footprint_map(f"GEOMETRYCOLLECTION ({', '.join(texts)})")
+    assert [one.polygon.tolist() for one in plan.footprints] == [one.polygon.tolist() for one in whole.footprints]
+    assert [str(remark) for remark in plan.remarks] == [str(remark) for remark in whole.remarks]
+
+
+def test_the_texts_of_a_file_have_one_coordinate_system(tmp_path):
+    (tmp_path / "lots.wkt").write_text(f"SRID=25832;POLYGON ({RING})\nSRID=25833;POLYGON ({RING})")
+    with pytest.raises(AssetError, match="one coordinate system for all texts, found EPSG:25832, EPSG:25833"):
+        read_footprint_map(str(tmp_path / "lots.wkt"))
