@@ -31,7 +31,7 @@ VERSIONS: Mapping[str, tuple[str, int]] = {
 
 FILES: Mapping[str, tuple[str, str]] = {
     "Rule file": ("`.cga`", "grammars/file.md#rule-file"),
-    "Model files": ("`.glb`, `.usd`, `.obj`, `.ply`, `.stl`, `.3mf`", "grammars/file.md#model-files"),
+    "Model files": ("`.glb`, `.usd`, `.usdz`, `.obj`, `.ply`, `.stl`, `.3mf`", "grammars/file.md#model-files"),
     "Manifest of a run": ("`manifest.json`", "grammars/file.md#manifest-of-a-run"),
     "Derivations": ("`derivations/`, Parquet", "grammars/file.md#derivations"),
     "Rows of models": ("`run.json`, `shards/`, `index.parquet`", "grammars/clusters.md#tables"),
