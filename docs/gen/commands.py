@@ -96,7 +96,7 @@ def _command(name: str, function: Callable[..., Any]) -> Command:
     parameters = [
         _parameter(parameter, *get_args(hints[parameter.name]))
         for parameter in inspect.signature(function).parameters.values()
-        if hints[parameter.name] is not typer.Context
+        if hints[parameter.name] is not typer.Context and not get_args(hints[parameter.name])[1].hidden
     ]
     return Command(name, inspect.getdoc(function) or "", tuple(parameters))
 

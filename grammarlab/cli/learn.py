@@ -11,6 +11,7 @@ import typer
 from grammarlab.cli.console import (
     Attributes,
     Library,
+    NoFootprint,
     Scheduler,
     StartRule,
     StyleName,
@@ -120,6 +121,7 @@ def learn(
     attributes: Attributes = None,
     style: StyleName = "",
     library: Library = None,
+    _footprint: NoFootprint = "",
     scheduler: Scheduler = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from grammarlab.cli.console import Attributes, Library, StartRule, StyleName, friendly_errors, say
+from grammarlab.cli.console import Attributes, Library, NoFootprint, StartRule, StyleName, friendly_errors, say
 from grammarlab.cli.page import page_opener
 from grammarlab.cli.sample import choices_of, complete_grammar
 
@@ -36,6 +36,7 @@ def score(
     attributes: Attributes = None,
     style: StyleName = "",
     library: Library = None,
+    _footprint: NoFootprint = "",
     stored_grammar: Annotated[
         bool, typer.Option("--stored-grammar", help="Use the text that the session was started with.")
     ] = False,
