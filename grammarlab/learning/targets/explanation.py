@@ -287,7 +287,7 @@ class _ColumnWords:
     def _amount(self, name: str, interval: _Range) -> Iterator[str]:
         low, high = interval.low, interval.high
         if self.is_integer[interval.column] and " + " in name and not set("(·−") & set(name):
-            yield f"{self._whole(low, high)} of these: {', '.join(map(_thing, name.split(' + ')))}"
+            yield self._number_of(name.split(" + "), low, high)
             return
         yield f"{name}:" if " " in name else name
         if not self.is_integer[interval.column]:
@@ -304,6 +304,16 @@ class _ColumnWords:
             return
         yield self._whole(low, high)
 
+    def _number_of(self, things: Sequence[str], low: float, high: float) -> str:
+        """How many of some things there are: ``at most 1 of Ground floor, Upper floor are Office``."""
+        choices = [thing.removeprefix("not ").rpartition(" → ") for thing in things]
+        values, are_denied = {value for _, _, value in choices}, {thing.startswith("not ") for thing in things}
+        if len(values) > 1 or len(are_denied) > 1 or not all(before for before, _, _ in choices):
+            return f"{self._whole(low, high)} of these: {', '.join(map(_thing, things))}"
+        if True in are_denied:  # as many are the value as are not denied
+            low, high = len(things) - np.ceil(high) + 1.0, len(things) - np.ceil(low) + 1.0
+        return f"{self._whole(low, high)} of {', '.join(before for before, _, _ in choices)} are {values.pop()}"
+
     @staticmethod
     def _whole(low: float, high: float) -> str:
         """Whole numbers between bounds; the ends themselves are given."""
@@ -317,4 +327,6 @@ class _ColumnWords:
 
 def _thing(name: str) -> str:
     """A summand of a number of things: ``no Door`` for ``not number of Door``."""
+    if name.startswith("not ") and " → " in name:
+        return name.removeprefix("not ").replace(" → ", " ≠ ")
     return name.replace("not number of ", "no ").removeprefix("number of ").replace(" → ", " = ")

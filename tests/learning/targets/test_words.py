@@ -135,6 +135,33 @@ def test_sums_of_things_are_told_as_numbers_of_these():
     )
 
 
+@pytest.mark.parametrize(
+    ("name", "likes", "dislikes"),
+    [
+        ("A → B + C → B + D → B", "2 or more of A, C, D are B", "at most 1 of A, C, D are B"),
+        ("not A → B + not C → B + not D → B", "at most 1 of A, C, D are B", "2 or more of A, C, D are B"),
+        (
+            "not A → B + C → B + not D",
+            "2 or more of these: A ≠ B, C = B, not D",
+            "at most 1 of these: A ≠ B, C = B, not D",
+        ),
+    ],
+)
+def test_numbers_of_equal_choices_are_told_without_denials(name, likes, dislikes):
+    rows = coins(600, 3)
+    table = table_of(np.column_stack([rows, rows.sum(axis=1)]), ["a", "b", "c", name])
+    words = words_of(table, np.where(rows.sum(axis=1) >= 2, 100.0, 0.0), np.ones(600))
+    assert words == Words((f"{likes} (100)",), (f"{dislikes} (0)",))
+
+
+def test_where_all_the_denied_choices_are_wanted_none_is_the_value():
+    rows = coins(600, 3)
+    table = table_of(np.column_stack([rows, rows.sum(axis=1)]), ["ab", "bb", "cb", "not A → B + not C → B + not D → B"])
+    words = words_of(table, np.where(rows.sum(axis=1) <= 2, 100.0, 0.0), np.ones(600))
+    assert words.likes == ("1 or more of A, C, D are B (100)",)
+    assert words.dislikes == ("none of A, C, D are B (0)",)
+
+
 @pytest.mark.parametrize("scores", [np.zeros(50), np.full(50, 100.0)])
 def test_where_all_are_alike_there_is_nothing_to_tell(scores):
     assert words_of(table_of(coins(50, 3), ["a", "b", "c"]), scores, np.ones(50)).lines == ()
