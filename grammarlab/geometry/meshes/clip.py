@@ -75,6 +75,9 @@ def slabs(meshes: Meshes, mesh: NDArray[np.integer], axis: int, low: Floats, hig
         faces = Soup.concatenate([faces.where(~is_crossing), result.faces])
         cuts.append((side, np.append(on_plane, np.ones(len(result.points), bool)), normals))
 
+    if len(cuts) == 2:
+        # Pieces of the second cut stand behind the others; a cap begins at the first face that it closes.
+        faces = faces.take(np.argsort(faces.rank, kind="stable"))
     closing = []
     for side, on_plane, normals in cuts:
         # A single face has no cut that goes around.

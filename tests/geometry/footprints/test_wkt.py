@@ -118,7 +118,7 @@ def test_a_file_may_have_a_text_in_each_line(tmp_path):
         "MULTIPOLYGON (((20 0, 30 0, 30 4, 20 0)),\n((40 0, 50 0, 50 4, 40 0)))",
         "POINT (1 2)",
     ]
-    (tmp_path / "lots.wkt").write_text("\n".join(texts) + "\n")
+    (tmp_path / "lots.wkt").write_text("\n" + "\n".join(texts) + "\n")
     plan = read_footprint_map(str(tmp_path / "lots.wkt"))
     whole = read_footprint_map(f"GEOMETRYCOLLECTION ({', '.join(texts)})")
     assert [one.polygon.tolist() for one in plan.footprints] == [one.polygon.tolist() for one in whole.footprints]

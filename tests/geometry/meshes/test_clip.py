@@ -21,6 +21,7 @@ from grammarlab.geometry.meshes.measure import (
 from grammarlab.geometry.meshes.mesh import BORDER, Meshes
 from grammarlab.geometry.meshes.primitives import box, cylinder, disk, quad, sphere
 from grammarlab.geometry.meshes.triangulate import triangulate
+from tests.derivation.operations.leaves import L_SHAPE, TRIANGLE, sampled, world_meshes
 from tests.geometry.bodies import FRAME, prism, rotations, solids, turned
 from tests.geometry.polygons import combs, convex, lots, rectilinear, simple, stars
 
@@ -292,3 +293,22 @@ LEG = 1.0 - 0.002 * 2**0.5
 def test_a_plane_within_a_millimetre_of_the_diagonal_of_a_cube_halves_it_without_slivers(offset, num, area):
     half = trimmed(box(), np.array([0]), np.array([[1.0, 0.0, 1.0]]) / 2**0.5, np.array([0.5**0.5 + offset]))
     assert (half.num_faces, areas(half)[0]) == (num, pytest.approx(area, abs=1e-12))
+
+
+HEXAGON = np.array([[0, 0, 0], [3, 0, 12], [14, 0, 19], [27, 0, 14], [29, 0, 3], [13, 0, -4.0]])
+
+
+@pytest.mark.parametrize("footprint", [L_SHAPE, TRIANGLE, HEXAGON], ids=["L", "triangle", "hexagon"])
+@pytest.mark.parametrize("axis", ["x", "z"])
+def test_a_piece_between_two_cuts_is_as_that_of_one_cut_after_the_other(footprint, axis):
+    at_once = f"split({axis}) {{ 4 : NIL | ~1 : B. | 3 : NIL }}"
+    in_turn = f"split({axis}) {{ 4 : NIL | ~1 : split({axis}) {{ ~1 : B. | 3 : NIL }} }}"
+    meshes = [world_meshes(sampled(f"Lot --> extrude(10) {cuts}", footprint)) for cuts in (at_once, in_turn)]
+    corners = [mesh.points[mesh.corners] for mesh in meshes]
+    assert np.array_equal(meshes[0].face_offsets, meshes[1].face_offsets)
+    assert np.allclose(*corners, atol=1e-9)
+
+
+def test_faces_that_close_pieces_of_a_prism_stand_on_its_floor():
+    rules = "Lot --> extrude(10) split(z) { 4 : NIL | ~1 : comp(f) { side : W. } | 3 : NIL }"
+    assert sampled(rules, HEXAGON).leaves.size[:, 1] == pytest.approx(10.0)
