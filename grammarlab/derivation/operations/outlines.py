@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
@@ -314,7 +315,20 @@ def _separated(meshes: Meshes, faces: Rows, counts: Rows) -> Meshes:
     if sizes.max(initial=0) < _FEWEST_WITH_HOLE:
         return Meshes.from_polygons(meshes.points[meshes.corner_points()[corners]], sizes, counts)
     single = extract_faces(meshes, faces, np.ones(len(faces), dtype=np.int64))
-    return regroup(single, offsets_from_counts(counts))
+    return regroup(_in_order_of_corners(single), offsets_from_counts(counts))
+
+
+def _in_order_of_corners(meshes: Meshes) -> Meshes:
+    """Meshes of one face each whose points are numbered as its corners pass them first, as in `Meshes.from_polygons`.
+
+    So the points of a face do not depend on the other faces of a batch.
+    """
+    used, first, point = np.unique(meshes.corner_points(), return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    number = np.empty(len(used), dtype=np.int64)
+    number[order] = np.arange(len(used))
+    corners = number[point] - meshes.mesh_points[:-1].repeat(np.diff(meshes.face_offsets))
+    return replace(meshes, points=meshes.points[used[order]], corners=corners)
 
 
 OPERATIONS: dict[str, Operation] = {

@@ -52,12 +52,21 @@ def test_random_grammars_derive_on_lots_as_the_oracle_says(text, lot):
 @given(street_files(), st.permutations(LOTS))
 @bulk(10, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_lots_of_all_kinds_together_are_what_each_is_alone(text, order):
+    _expect_each_as_alone(text, order)
+
+
+def _expect_each_as_alone(text, order):
     grammar = Grammar.parse(text)
     lots = Lots.concatenate([Lots.of(1, 3, footprint=footprint, street_width=widths) for footprint, widths in order])
     together = derive(grammar, lots)
     for model, (footprint, widths) in enumerate(order):
         alone = derive(grammar, 1, 3, footprint=footprint, street_width=widths)
         assert fingerprint(together, model) == fingerprint(alone, 0)
+
+
+def test_pieces_of_a_setback_are_the_same_beside_lots_with_courts():
+    text = "Lot --> setback(0.4) { street.front = A. | remainder = A. }"
+    _expect_each_as_alone(text, LOTS)
 
 
 @pytest.mark.parametrize("lot", range(len(KNOWN)))
