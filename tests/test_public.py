@@ -72,6 +72,7 @@ def test_the_first_model_loads_the_engine_and_nothing_else():
         "print(*{'.'.join(name.split('.')[:parts]) for name in sys.modules for parts in (1, 2)})"
     )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    libraries = {"jax", "optax", "sklearn", "scipy", "pandas", "pyarrow", "trimesh", "PIL", "matplotlib"}
-    rooms = {f"grammarlab.{name}" for name in ("density", "evaluation", "learning", "preference", "facade", "tastes")}
+    libraries = {"jax", "optax", "sklearn", "scipy", "pandas", "pyarrow", "trimesh", "PIL", "matplotlib", "shapely"}
+    names = ("density", "evaluation", "export", "facade", "learning", "preference", "rendering", "tastes")
+    rooms = {f"grammarlab.{name}" for name in names}
     assert not {*loaded} & (libraries | rooms)
