@@ -35,7 +35,7 @@ from grammarlab.matching.particles import (
     sample,
 )
 from grammarlab.matching.plain import description, unfit, used_templates
-from grammarlab.matching.strength import find_kinds_with
+from grammarlab.matching.strength import find_kinds_with, with_bias
 from grammarlab.matching.template import Template, stack
 
 PARTICLES = 512
@@ -79,13 +79,12 @@ def couple(elements: Elements, templates: Sequence[Template], seed: int, correct
         size = fits.parameters[members, template_index, : len(templates[template_index].parameters)]
         samples = _samples(clouds, templates[template_index], members, size, fits.noise[members, template_index], seed)
         maps = _maps(clouds, members, samples, fixed_sizes(corrections, indices[members]))
-        evidence.append(
-            (template_index, members, samples, with_sizes(maps, indices[members], corrections) if corrections else maps)
-        )
+        evidence.append((template_index, members, samples, maps))
     clock.lap("evidence")
     parts = []
-    for number, (template_index, members, samples, maps) in enumerate(evidence):
+    for number, (template_index, members, samples, raw) in enumerate(evidence):
         inside = indices[members]
+        maps = with_bias(raw, lambda maps, inside=inside: _corrected(maps, inside, corrections))
         solution, rounds = find_kinds_with(maps, elements.row[inside], elements.column[inside])
         solution = replace(solution, posterior=united(solution.posterior, inside, corrections))
         sure = odds[members, number]
@@ -158,6 +157,10 @@ def unlike_row(row: Ints, template: Ints) -> Ints:
     for each in np.unique(row[row >= 0]).tolist():
         usual[row == each] = np.bincount(template[row == each]).argmax()
     return np.flatnonzero(template != usual)
+
+
+def _corrected(maps: Maps, indices: Ints, corrections: Corrections) -> Maps:
+    return with_sizes(maps, indices, corrections) if corrections else maps
 
 
 def _odds(costs: Floats) -> Floats:

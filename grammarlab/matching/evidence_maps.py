@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,6 +35,11 @@ class Maps:
     def logs(self) -> Floats:
         """[N, A, B] logarithm of the evidence, which a search for kinds needs hundreds of times."""
         return np.log(self.evidence)
+
+    def blurred(self, deviation: float) -> Maps:
+        """Evidence for sizes from which those of each element deviate normally, with this deviation in metres."""
+        steps = [deviation / float(values[1] - values[0]) for values in (self.widths, self.heights)]
+        return replace(self, evidence=gaussian_filter(self.evidence, (0.0, *steps), mode="nearest"))
 
 
 def maps_of(parameters: Floats, smoothing: Floats, low: Floats, high: Floats) -> Maps:

@@ -22,7 +22,7 @@ from grammarlab.matching.evidence_maps import Maps
 
 _UNKNOWN_SHARE = 0.02
 """Fraction of elements without a kind."""
-_VALUE_COST = 1.5
+VALUE_COST = 1.5
 """Cost of a width or height, as a multiple of log n."""
 _SWEEPS = 8
 """Number of updates of the posterior from that of the other elements."""
@@ -131,7 +131,7 @@ def _evaluate(maps: Maps, groups: tuple[Groups, ...], kinds: Kinds) -> Solution:
     joint = np.concatenate([(1.0 - _UNKNOWN_SHARE) * share * fit, np.full((number, 1), _UNKNOWN_SHARE)], axis=1)
     total = joint.sum(axis=1)
     values = len(set(kinds.width.tolist())) + len(set(kinds.height.tolist()))
-    cost = (0.5 * len(kinds) + _VALUE_COST * values) * np.log(max(number, 2))
+    cost = (0.5 * len(kinds) + VALUE_COST * values) * np.log(max(number, 2))
     return Solution(kinds, joint / total[:, None], float(cost - np.log(total).sum()))
 
 

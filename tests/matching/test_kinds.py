@@ -5,7 +5,7 @@ import pytest
 
 from grammarlab.matching.evidence_maps import Maps, maps_of
 from grammarlab.matching.shared_kinds import find_kinds, mixture_gain
-from grammarlab.matching.strength import find_kinds_with
+from grammarlab.matching.strength import find_kinds_with, with_bias
 
 SIZES = np.array([[1.0, 1.5], [1.0, 1.9], [1.3, 1.9], [1.3, 1.5]])
 NONE = np.full(8, -1)
@@ -69,3 +69,25 @@ def test_a_further_kind_gains_the_logarithms_of_all_elements():
     fit = np.random.default_rng(1).uniform(0.0, 4e4, 70)
     mixture = 0.98 * (0.85 * fit[:, None, None] + 0.15 * evidence) + 0.02
     assert mixture_gain(evidence, fit, 0.15) == pytest.approx(np.log(mixture).sum(axis=0), rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_bias_of_each_element_makes_no_kinds_and_hides_none(seed: int):
+    bias = np.random.default_rng(seed).normal(0.0, 0.01, (52, 2))
+    widths, heights = np.linspace(0.8, 1.2, 41), np.linspace(1.3, 1.7, 41)
+    for sizes, num in ((np.array([[0.95, 1.5]]), 1), (np.array([[0.95, 1.45], [0.95, 1.55]]), 2)):
+        size = sizes[np.arange(52) % num] + bias
+        across = np.exp(-0.5 * ((widths - size[:, :1]) / 0.004) ** 2)
+        up = np.exp(-0.5 * ((heights - size[:, 1:]) / 0.004) ** 2)
+        evidence = across[:, :, None] * up[:, None]
+        raw = Maps(widths, heights, evidence / evidence.mean(axis=(1, 2), keepdims=True) * 0.9999 + 1e-4)
+        assert len(find_kinds(raw).kinds) > num  # the density of points says nothing of a bias
+        solution, _ = find_kinds_with(with_bias(raw, lambda maps: maps), np.full(52, -1), np.full(52, -1))
+        label = solution.posterior.argmax(axis=1)
+        assert len(solution.kinds) == num
+        assert all(len(set(label[each::num].tolist())) == 1 for each in range(num))
+
+
+def test_exact_evidence_has_no_bias():
+    maps = _maps(np.array([0, 0, 1, 1, 2, 2, 3, 3]))
+    assert with_bias(maps, lambda maps: maps) is maps
