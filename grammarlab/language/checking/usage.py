@@ -95,7 +95,12 @@ class BodyChecker:
             else:
                 self.remarks.unsupported(self.supported.operations, name, item.location, f"the operation {name}")
             forms = builtins.operations()[name]
-            check_arguments(self.expressions, name, forms, item.arguments, item.location, scope)
+            if self._means_shadowed_rule(item):
+                message = f"{name} is an operation here, not the rule {name} of this file"
+                hint = f"give the rule another name, such as {name[0].upper()}{name[1:]}, here and where it is defined"
+                self.remarks.error("shadowed-rule", item.location, message, hint)
+            else:
+                check_arguments(self.expressions, name, forms, item.arguments, item.location, scope)
             return
         arities = self.symbols.rules.get(name)
         if arities is None and name in builtins.blocks():
@@ -117,6 +122,12 @@ class BodyChecker:
             self._library_rule(item, library)
         elif name not in self.symbols.broken:
             self._terminal(item)
+
+    def _means_shadowed_rule(self, item: Invoke) -> bool:
+        """Whether the arguments fit a rule with the name of an operation, and no form of the operation."""
+        count = len(item.arguments)
+        fits_operation = any(form.takes(count) for form in builtins.operations()[item.name])
+        return count in self.symbols.rules.get(item.name, ()) and not fits_operation
 
     def _library_rule(self, item: Invoke, library: Library) -> None:
         if library.symbols is None:

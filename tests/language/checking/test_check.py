@@ -37,6 +37,8 @@ def codes(text):
         ("Lot --> extrude(f(1)) A\nf(a, b) = a + b", "wrong-arity", "f(1)"),
         ("Lot --> extrude(rand(1, 2, 3)) A", "wrong-arity", "rand(1, 2, 3)"),
         ("Lot --> comp(f)", "missing-block", "comp(f)"),
+        ("Lot --> A i\ni --> B", "shadowed-rule", "i"),
+        ('Lot --> i(1, "yUp", 2, 3, 4)\ni(a, b, c, d, e) --> B', "shadowed-rule", "i(1"),
         ("Lot --> extrude(3) { all : A }", "unknown-operation", "extrude(3)"),
         # types
         ('Lot --> extrude("a") A', "wrong-type", '"a"'),
@@ -164,6 +166,14 @@ def test_what_is_right_is_left_alone(text):
 def test_the_nearest_name_is_suggested(name, meant):
     (finding,) = findings(f"Lot --> {name}")
     assert finding.hint == f"did you mean '{meant}'?"
+
+
+def test_a_rule_with_the_name_of_an_operation_is_to_be_renamed_where_only_the_rule_fits():
+    meant, warned = findings("Lot --> i\ni --> A")
+    assert (meant.severity, meant.hint[:38]) == ("error", "give the rule another name, such as I,")
+    assert (warned.severity, warned.code) == ("warning", "shadowed-rule")
+    # Neither fits, so the forms of the operation are named.
+    assert ("error", "wrong-arity") in codes("Lot --> s(1)\ns --> A")
 
 
 def test_a_parameter_hides_nothing_outside_its_definition():
