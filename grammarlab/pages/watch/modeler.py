@@ -93,7 +93,7 @@ class _Bench:
             tree = tuple(part_tree(forest, numbering, self.file))
             passed_over = (*forest.warnings, *warnings_of(forest.missing_assets, folder))
             remarks = (*_printed(forest.prints), *(_mistake_of(each, lines) for each in passed_over))
-            return MadeModel(glb, len(forest.leaves), controls, (*remarks, *self._remarks(rules)), tree)
+            return MadeModel(glb, len(forest.nodes), controls, (*remarks, *self._remarks(rules)), tree)
         except LanguageError as error:
             mistakes = tuple(_mistake_of(each, error.text.splitlines() or lines) for each in error.findings)
             return MadeModel(controls=controls, mistakes=mistakes)

@@ -56,6 +56,7 @@ class MadeModel:
     glb: bytes = b""
     """Empty if there are errors."""
     shapes: int = 0
+    """Number of nodes of the derivation tree, as in the records of a run."""
     controls: tuple[Control, ...] | None = None
     """None if the rules cannot be read."""
     mistakes: tuple[Mistake, ...] = ()

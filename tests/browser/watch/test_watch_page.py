@@ -25,7 +25,7 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         _expect_mistake_alone(page)
         file.write_text(RULES)
         expect(canvas).to_have_attribute("data-version", "1")
-        expect(status).to_have_text("6 shapes")
+        expect(status).to_have_text("8 shapes")
         before = canvas.screenshot()
         # A slider, a menu and a way back.
         slider = page.get_by_role("slider", name="height, slider")
@@ -46,7 +46,7 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         _expect_mark_in_view(page)
         file.write_text(RULES.replace("= 12", "= 25"))
         expect(mistake).to_have_count(0)
-        expect(status).to_have_text("6 shapes")
+        expect(status).to_have_text("8 shapes")
         expect(page.get_by_label("height", exact=True)).to_have_value("25")
         # Keys: two models on though nothing is confirmed, the dice, the rule of a part, a step back.
         canvas.focus()
@@ -62,7 +62,7 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         expect(page.get_by_role("spinbutton", name="Seed")).not_to_have_value("0")
         page.keyboard.press("Control+z")
         expect(page.get_by_role("spinbutton", name="Seed")).to_have_value("0")
-        expect(status).to_have_text("6 shapes")
+        expect(status).to_have_text("8 shapes")
         assert canvas.screenshot() != before
         _expect_room_on_a_phone(page)
     finally:

@@ -106,7 +106,7 @@ def test_a_mistake_has_its_line_whatever_kind_it_is(tmp_path: Path):
     # A save that removes an attribute leaves its value behind, and the next one is a model again.
     file.write_text("Lot --> extrude(3) comp(f) { all : Wall }")
     good: MadeModel = bench(MakeModel(Wanted(attributes=(("height", "9"),))), report)
-    assert (good.shapes, good.mistakes, good.glb[:4]) == (6, (), b"glTF")
+    assert (good.shapes, good.mistakes, good.glb[:4]) == (7, (), b"glTF")
     # Rows of the tree: the initial shape with all triangles, and six equal walls with the same ones.
     assert [(row[0], row[1], row[2], row[3]) for row in good.tree] == [(0, "Lot", "", 1), (1, "Wall", " x 6", 1)]
     assert [row[5] for row in good.tree] == [[0, 12], [0, 12]]
@@ -118,8 +118,8 @@ def test_a_mistake_has_its_line_whatever_kind_it_is(tmp_path: Path):
 def test_values_change_the_model_and_values_out_of_range_are_told(tmp_path: Path):
     file = tmp_path / "house.cga"
     file.write_text(RULES)
-    assert made(file, Wanted()).shapes == 6
-    assert made(file, Wanted(attributes=(("roof", "gable"),))).shapes == 6
+    assert made(file, Wanted()).shapes == 8
+    assert made(file, Wanted(attributes=(("roof", "gable"),))).shapes == 8
     assert made(file, Wanted(attributes=(("height", "9"),))).glb != made(file, Wanted()).glb
     assert "expected 3 to 30" in made(file, Wanted(attributes=(("height", "99"),))).mistakes[0].message
     assert made(file, Wanted()).glb == made(file, Wanted()).glb
@@ -169,7 +169,7 @@ def test_rules_of_a_library_are_watched_with_it(tmp_path: Path):
     without, made = (modeler(str(rules), "", each)(MakeModel(Wanted()), lambda *_: None) for each in libraries)
     assert isinstance(without, MadeModel)
     assert isinstance(made, MadeModel)
-    assert (without.shapes, made.shapes, made.mistakes) == (1, 2, ())
+    assert (without.shapes, made.shapes, made.mistakes) == (2, 4, ())
 
 
 def test_a_misspelt_operation_is_told_at_its_line_beside_the_model(tmp_path: Path):
@@ -180,7 +180,7 @@ def test_a_misspelt_operation_is_told_at_its_line_beside_the_model(tmp_path: Pat
         made = make(MakeModel(Wanted()), lambda *_: None)
         assert isinstance(made, MadeModel)
         (mistake,) = made.mistakes
-        assert (mistake.severity, mistake.line, mistake.column, made.shapes) == ("warning", 2, 5, 2)
+        assert (mistake.severity, mistake.line, mistake.column, made.shapes) == ("warning", 2, 5, 3)
         assert "unknown rule or operation 'extrud'" in mistake.message
     rules.write_text("Lot -->\n    extrude(3) Block.")
     made = make(MakeModel(Wanted()), lambda *_: None)
@@ -205,4 +205,4 @@ def test_mistakes_of_imported_files_are_told_with_their_names_after_every_save(t
     parts.unlink()
     made = make(MakeModel(Wanted()), report)
     assert isinstance(made, MadeModel)
-    assert (made.shapes, made.mistakes) == (1, ())
+    assert (made.shapes, made.mistakes) == (2, ())
