@@ -21,18 +21,26 @@ _MOST_FILES = 20_000
 """Largest number of files that one search examines."""
 
 
-def matching_files(assets: AssetRoot | None, pattern: str) -> list[str]:
+def matching_files(
+    assets: AssetRoot | None, pattern: str, list_names: Callable[[Path, str], list[str]] | None = None
+) -> list[str]:
     """Asset paths that match a pattern with ``*`` and ``?``, relative to the asset folder and sorted.
 
     Only files inside the asset folder and its library are listed, and at most 20,000 files are examined in each folder.
     Paths of files in the library begin with their project, after a slash if the pattern has one.
+
+    Args:
+        assets: the asset folder.
+        pattern: the pattern.
+        list_names: `names_below`, or what remembers its lists for several patterns.
     """
+    list_names = list_names or names_below
     if assets is None or not assets.is_dir():
         return []
     own = own_folder(assets)
-    names = _names_below(own, "")
+    names = list_names(own, "")
     for folder, meaning in places(pattern, assets):
-        listed = names if folder == own else _names_below(folder, _fixed_folder(meaning))
+        listed = names if folder == own else list_names(folder, _fixed_folder(meaning))
         if matches := sorted(name for name in listed if fnmatchcase(name, meaning)):
             slash = "/" if folder != own and pattern.startswith("/") else ""
             return [slash + name for name in matches]
@@ -45,7 +53,7 @@ def _fixed_folder(pattern: str) -> str:
     return "/".join(takewhile(lambda folder: not set(folder) & set("*?["), folders))
 
 
-def _names_below(folder: Path, start: str) -> list[str]:
+def names_below(folder: Path, start: str) -> list[str]:
     """Paths of files relative to a folder, from one of its folders on."""
     root = folder.resolve()
     first = root / start

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import unquote
@@ -13,7 +14,7 @@ from grammarlab.asset_roots import AssetRoot, library_of, place_of
 from grammarlab.assets.mesh_files import find_asset
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
-from grammarlab.derivation.functions.asset_functions import matching_files
+from grammarlab.derivation.functions.asset_functions import matching_files, names_below
 from grammarlab.derivation.operations import BLOCKS, LEFT_OUT, OPERATIONS
 from grammarlab.errors import AssetError, Finding, LanguageError, MissingAssetError, UnreadableAssetError, UsageError
 from grammarlab.features.accepted_models import annotations_of
@@ -51,8 +52,8 @@ def hash_assets(request: SampleRequest) -> dict[str, str]:
     """SHA-256 of the asset files named in a request, by path relative to its asset folder.
 
     These are the files whose names, or patterns with ``*`` and ``?``, are strings in the rules, items of lists with
-    semicolons, or values of attributes; and the buffers of glTF files among them. Names that rules build from parts
-    are not known before the derivation, so those files are not included.
+    semicolons, or values of attributes; the buffers of glTF files among them; and all files that a name may mean
+    which rules build from parts. Names in tables that rules read are not included.
 
     Raises:
         LanguageError: If the rules have errors.
@@ -68,9 +69,9 @@ def named_files(texts: Iterable[str], assets: AssetRoot) -> dict[str, Path]:
         texts: names, patterns with ``*`` and ``?``, or lists of both with semicolons; other texts are ignored.
         assets: the folder.
     """
-    return {
-        place_of(file, assets).name: file for text in texts for name in text.split(";") for file in _files(name, assets)
-    }
+    names = {name: None for text in texts for name in text.split(";")}
+    list_names = cache(names_below)  # for all patterns: a folder may have 20,000 files
+    return {place_of(file, assets).name: file for name in names for file in _files(name, assets, list_names)}
 
 
 def first_difference(before: Mapping[str, str], now: Mapping[str, str]) -> str:
@@ -164,9 +165,9 @@ def unread_imports(grammar: Grammar) -> tuple[Finding, ...]:
     )
 
 
-def _files(name: str, assets: AssetRoot) -> Iterator[Path]:
+def _files(name: str, assets: AssetRoot, list_names: Callable[[Path, str], list[str]]) -> Iterator[Path]:
     """Files of the asset folder that match a name or pattern, with the buffers of glTF files."""
-    for path in matching_files(assets, name) if "*" in name or "?" in name else [name]:
+    for path in matching_files(assets, name, list_names) if "*" in name or "?" in name else [name]:
         file = _asset(path, assets)
         if file is None:
             continue

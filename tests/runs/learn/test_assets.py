@@ -49,3 +49,26 @@ def test_files_of_a_person_stay_and_nothing_from_outside_comes_along(house, tmp_
     assert mine.read_text() == "mine"
     assert (mine.parent / "trees" / "oak.obj").is_file()
     assert (mine.parent / "trees" / "elm.obj").is_symlink()
+
+
+@pytest.mark.parametrize(
+    ("rules", "files"),
+    [
+        ('Lot --> i("trees/" + kind + ".obj") A  attr kind = "oak"', ["trees/oak.obj"]),
+        ('Lot --> i(folder + ("o" + n) + "k" + ".obj") A  const folder = "assets/trees/"  n = 1', ["trees/oak.obj"]),
+        (
+            'Lot --> i("/city/assets/" + (case p(0.5) : "door" else : "gate")) A',
+            ["door.obj", "trees/oak.obj", "unused.obj", "wall.png"],
+        ),
+        ('Lot --> texture(names[0] + ".png") A  const names = ["wall"]', ["wall.png"]),
+        ('Lot --> texture(["wall.png", "trees/oak.obj"][split.index]) A', ["trees/oak.obj", "wall.png"]),
+        ('Lot --> report("height in " + unit, 1 + 2) print("a" + 1) A  const unit = "m"', []),
+    ],
+)
+def test_files_whose_names_rules_build_are_part_of_a_run(house, rules, files):
+    house.write_text(rules)
+    before = hash_assets(SampleRequest.of(house))
+    assert list(before) == files
+    for name in files:
+        (house.parents[1] / "assets" / name).write_text("changed")
+    assert all(before[name] != digest for name, digest in hash_assets(SampleRequest.of(house)).items())
