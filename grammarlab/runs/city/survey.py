@@ -80,7 +80,7 @@ class Survey:
     reason: NDArray[np.object_]
     """[N] why a parcel stays empty; empty for those with a site."""
     remarks: tuple[Remark, ...]
-    """What was doubtful in the map and the pins."""
+    """What was doubtful in the map, the pins and the rules of zones."""
 
     @property
     def parcels(self) -> Parcels:
@@ -181,7 +181,8 @@ def surveyed(plan: Plan, zones: Sequence[ZoneRules]) -> Survey:
     pins = read_pins(plan.pins)
     sources = site_sources(plan, zones, ground.parcels.frame)
     sites, reason = sites_of(plan, ground.parcels, ground.streets, ground.terrain, pins, sources)
-    remarks = (*ground.remarks, *unknown_pins(pins, ground.parcels.id, plan.pins))
+    of_rules = (remark for rules in zones for remark in rules.remarks())
+    remarks = (*ground.remarks, *unknown_pins(pins, ground.parcels.id, plan.pins), *of_rules)
     return Survey(plan=plan, ground=ground, sites=sites, reason=reason, remarks=remarks)
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from hashlib import sha256
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +20,13 @@ from grammarlab.city.tree_file import parse_trees, read_trees
 from grammarlab.city.tree_map_plan import SUFFIX as TREES
 from grammarlab.city.tree_map_plan import is_tree_file
 from grammarlab.derivation.forest import Forest, MissingAsset
+from grammarlab.derivation.functions import CONTEXT_QUERIES
 from grammarlab.errors import AssetError, DerivationError, UsageError, shown
 from grammarlab.export.surface_labels import SurfaceLabels
 from grammarlab.export.tiles.texture_colors import with_pictures
 from grammarlab.features.accepted_grammar import AcceptedGrammar
+from grammarlab.geometry.footprints.footprint import Remark
+from grammarlab.language.syntax.syntax_tree import Call, Name, Node, RuleFile, walk
 from grammarlab.runs.city.plinths import with_plinths
 from grammarlab.runs.city.semantics import surface_labels
 from grammarlab.runs.sample.checks import grammar_to_run
@@ -132,6 +136,16 @@ class ZoneRules:
                 names = ", ".join(sorted(known)) or "none"
                 raise UsageError(f"zone {self.zone!r}: {self.name} has no attribute {name!r}; it has {names}.")
 
+    def remarks(self) -> Iterator[Remark]:
+        """A remark if the rules ask about other buildings: one of a city does not depend on those of its neighbours."""
+        queries = () if self.is_park else queries_of_others(self.source.grammar.tree)
+        for name, forms in groupby(sorted(set(queries)), lambda form: form.partition("(")[0]):
+            reason = (
+                f"{', '.join(forms)} sees no buildings of other parcels: a building depends on its own parcel alone. "
+                f"Write {name}(intra) if that is meant. Walls along streets are those of street.front and street.side"
+            )
+            yield Remark(f"zone {self.zone!r}, {self.name}", "property", reason)
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class MadeBuildings:
@@ -148,6 +162,25 @@ class MadeBuildings:
     failures: Mapping[int, str]
     """Messages about the other sites, by row."""
     missing_assets: frozenset[MissingAsset] = frozenset()
+
+
+def queries_of_others(tree: RuleFile) -> Iterator[str]:
+    """Spatial queries of rules that ask about other models: those without a target, too, ask about all.
+
+    >>> from grammarlab.language.grammar import Grammar
+    >>> tree = Grammar.parse('Lot --> case touches || inside(inter, "x") || overlaps(intra) : NIL else : A').tree
+    >>> sorted(queries_of_others(tree))
+    ['inside(inter)', 'touches']
+    """
+    for node in walk(tree):
+        name, arguments = (node.function, node.arguments) if isinstance(node, Call) else (_name_of(node), ())
+        target = _name_of(arguments[0]) if arguments else ""
+        if name in CONTEXT_QUERIES and target != "intra":
+            yield f"{name}({target})" if target else name
+
+
+def _name_of(node: Node) -> str:
+    return node.identifier if isinstance(node, Name) else ""
 
 
 def make_buildings(rules: ZoneRules, sites: Sites) -> MadeBuildings:

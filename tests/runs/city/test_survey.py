@@ -33,6 +33,18 @@ def test_a_terrain_without_a_system_lies_under_a_layout(tmp_path: Path):
     assert (survey.sites.plinth > 0).any()
 
 
+def test_rules_that_ask_about_other_buildings_are_said_to_see_none(tmp_path: Path):
+    plan = write_plan(tmp_path / "plan", boxes())
+    assert survey_of(plan).remarks == ()
+    rules = "attr height = 3\nLot --> case inside(inter) || overlaps || inside(intra) : NIL else : extrude(height) A"
+    (plan.parent / "rules.cga").write_text(rules)
+    texts = [str(remark) for remark in survey_of(plan).remarks]
+    assert [text.partition(" sees")[0] for text in texts] == [
+        "zone 'west', rules: inside(inter)",
+        "zone 'west', rules: overlaps",
+    ]
+
+
 def test_parcels_beyond_the_terrain_are_said(tmp_path: Path):
     plan = write_hill_plan(tmp_path / "plan", lambda east, north: np.where(north > 75.0, np.nan, slope(east, north)))
     (remark,) = survey_of(plan).ground.remarks
