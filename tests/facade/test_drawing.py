@@ -1,4 +1,5 @@
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,6 +7,7 @@ from PIL import Image
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.drawing import draw
+from grammarlab.facade.file import load_facade
 from grammarlab.facade.tree import Facade, Picture
 from tests.facade.grammar.houses import house
 from tests.facade.test_scene import pictured
@@ -67,3 +69,16 @@ def test_too_large_and_broken_pictures_are_explained() -> None:
         draw(house(columns=3, rows=2), 1e5)
     with pytest.raises(FacadeError, match=r"The picture 'a\.png' cannot be read"):
         draw(replace(pictured(house(columns=1, rows=1)), pictures=(Picture("a.png", b"\x89PNG broken"),)), 10)
+
+
+def test_surrounds_of_arched_windows_are_within_their_rectangles_and_so_move_with_them() -> None:
+    arcade = load_facade(Path(__file__).parents[2] / "grammars" / "facades" / "arcade.json")
+    blue = draw(arcade, 50.0)[:, :, 2]
+    windows = arcade.leaves[arcade.label[arcade.leaves] == arcade.labels.index("arched window")]
+    low, high = arcade.position[windows], arcade.position[windows] + arcade.size[windows]
+    side = np.rint(50.0 * low[:, 0]).astype(np.int64)
+    rows = len(blue) - np.rint(50.0 * (0.75 * low[:, 1] + 0.25 * high[:, 1])).astype(np.int64)
+    # Only the surround has so much blue.
+    beside, inside = (blue[rows[:, None], side[:, None] + np.array(columns)] for columns in ((-8, -5), (2, 5)))
+    assert len(windows) == 13
+    assert beside.max() < 200 < inside.min()
