@@ -174,8 +174,10 @@ $(VENV)/bin/python:
 	"$(PYTHON)" -m venv $(VENV)
 
 # uv installs in a fifth of the time of pip, which does it where uv has no wheel or reaches no index.
+# Without limits it tries to reach one for two minutes; with them pip starts after twenty seconds.
 # Of all modules that are installed few are imported, and these are compiled then.
-INSTALL = { $(PIP) install --no-compile uv && $(BIN)/uv pip install --quiet --python $(BIN)/python --constraints constraints.txt -e $(1); } || \
+UV      := UV_HTTP_TIMEOUT=8 UV_HTTP_RETRIES=1 $(BIN)/uv
+INSTALL = { $(PIP) install --no-compile --timeout 8 --retries 1 uv && $(UV) pip install --quiet --python $(BIN)/python --constraints constraints.txt -e $(1); } || \
 	$(PIP) install --no-compile -e $(1)
 
 $(VENV)/.learn: pyproject.toml constraints.txt | $(VENV)/bin/python
