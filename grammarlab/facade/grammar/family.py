@@ -6,10 +6,11 @@ columns and rows are derived for comparison, whether or not they are among the c
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from collections.abc import Sequence as Listed
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from functools import cached_property
+from itertools import chain, pairwise
 from math import isfinite
 
 import numpy as np
@@ -23,12 +24,15 @@ from grammarlab.facade.grammar.rule_text import (
     RuleNames,
     front_of_box,
     leaf_body,
+    nested,
     number,
+    renamed,
     round_percentages,
     rule_name,
     split_body,
+    top_down,
 )
-from grammarlab.facade.grammar.storeys import Storeys, storeys_of
+from grammarlab.facade.grammar.storeys import Storeys, floor_names, storeys_of
 from grammarlab.facade.grammar.walks import (
     LONGEST,
     KindPattern,
@@ -194,10 +198,15 @@ class _FacadeLeaves:
         shown = set(facade.picture[facade.leaves].tolist())
         return f'texture("{picture_file(facade, 0)}")' if shown == {0} else ""
 
-    def projection(self, shows: PictureWindow) -> str:
-        """The operations that project a window of a picture on a rectangle; empty if it has no area."""
+    def projection(self, shows: PictureWindow, size: tuple[float, float] | None = None) -> str:
+        """The operations that project a window of a picture on a rectangle; empty if it has no area.
+
+        Args:
+            shows: the window.
+            size: width and height of the rectangle, metres; any if left out.
+        """
         low, high = np.array(shows.low), np.array(shows.high)
-        projection = window_projection(low, high - low, _DIGITS)
+        projection = window_projection(low, high - low, _DIGITS, None if size is None else np.array(size))
         if not projection or self.common_picture:
             return projection
         return f'texture("{picture_file(self.facade, shows.picture)}") {projection}'
@@ -211,13 +220,17 @@ class _FamilyWriter:
     storeys: Storeys
     walks: Walks
     leaf: Callable[[Cell], str]
-    projection: Callable[[PictureWindow], str] = lambda _: ""
-    """Function that makes the CGA that projects a window of a picture on an area."""
+    projection: Callable[[PictureWindow, tuple[float, float]], str] = lambda _, __: ""
+    """Function that makes the CGA that projects a window of a picture on an area of this width and height."""
     start: str = ""
     """CGA before the facade."""
     around: Around | None = None
     names: RuleNames = field(default_factory=RuleNames)
     lines: list[str] = field(default_factory=list)
+    rules: dict[str, str] = field(default_factory=dict)
+    """Bodies of the rules of columns and all that is in them, by name."""
+    part_names: dict[str, list[str]] = field(default_factory=dict)
+    """Names of areas and of cells with parts, by what they are called without a number."""
     cells: dict[Cell, str] = field(default_factory=dict)
     bays: dict[str, str] = field(default_factory=dict)
     """Rules of piers with the column after them, by their text."""
@@ -243,8 +256,10 @@ class _FamilyWriter:
         self.lines.append(f"Columns --> {self._height(attributes)} {first} {states[self.walks.start]}")
         for state in dict.fromkeys(self._equal_states().values()):
             self._add_state(state, states, columns)
+        self.lines += [f"{name} --> {body}" for body, name in self.bays.items()]
         for name, kind in {name: kind for kind, name in columns.items()}.items():
-            self.lines.append(f"{name} --> {self._column_body(kind, attributes)}")
+            self.rules[name] = self._column_body(name, kind, attributes)
+        self.lines += [f"{name} --> {body}" for name, body in self._readable_rules(columns.values()).items()]
         self.lines += self.around.lines if self.around else ()
         text = format_grammar(Grammar.parse("\n".join([self._title(), 'version "2023.0"', *self.lines])))
         times = list(zip(*self.storeys.times, strict=True))
@@ -254,12 +269,33 @@ class _FamilyWriter:
             text=text, rules=len(Grammar.parse(text).rules), columns=self.walks.sizes, rows=rows, facades=num
         )
 
+    def _readable_rules(self, columns: Iterable[str]) -> dict[str, str]:
+        """Rules of columns from the whole to its parts: what is used once is in its place, the others are numbered."""
+        rules = nested(self.rules, chain.from_iterable(self.part_names.values()))
+        rules = top_down(rules, columns)
+        numbered: dict[str, str] = {}
+        for names in self.part_names.values():
+            written = set(names) & rules.keys()
+            numbered |= zip((name for name in rules if name in written), names, strict=False)
+        return {numbered.get(name, name): renamed(body, numbered) for name, body in rules.items()}
+
+    def _part_name(self, preferred: str) -> str:
+        """A new name of a rule that `_readable_rules` may write in its place or number again."""
+        name = self.names.new(preferred)
+        self.part_names.setdefault(preferred, []).append(name)
+        return name
+
     def _title(self) -> str:
         sizes = [size for lengths in self.walks.sizes.values() for size in lengths]
         columns, heights = self.walks.sizes, self.storeys.heights
         wide, high = (f"{min(lengths):.4g} to {max(lengths):.4g} m" for lengths in (sizes, heights))
         things = "buildings, main walls" if self.around else "facades"
         return f"// A family of {things} with {min(columns)} to {max(columns)} columns, {wide} wide and {high} high"
+
+    @cached_property
+    def floors(self) -> dict[int, str]:
+        """Names of the rows with windows or doors."""
+        return floor_names(self.pattern.rows, self.pattern.cells)
 
     def _add_storeys(self, attributes: Listed[str]) -> None:
         """The rule that draws the numbers of turns; all are equally likely, to the percent."""
@@ -310,12 +346,11 @@ class _FamilyWriter:
         return f"{body} t({length}, 0, 0)" + (f" set({WIDTH}, {WIDTH} + {length})" if self.around else "")
 
     def _bay(self, columns: dict[int, str], gap: int, kind: int) -> str:
-        """The rule of a pier and a column, written at its first use."""
+        """The rule of a pier and a column."""
         width, other = (number(self.pattern.columns.size[each], _DIGITS) for each in (gap, kind))
         body = f"s({width} + {other}, '1, 0) split(x) {{ {width} : {columns[gap]} | {other} : {columns[kind]} }}"
         if body not in self.bays:
             self.bays[body] = self.names.new(columns[kind].replace("Column", "Bay"))
-            self.lines.append(f"{self.bays[body]} --> {body}")
         return self.bays[body]
 
     def _box(self, name: str, size: float) -> str:
@@ -368,32 +403,32 @@ class _FamilyWriter:
         chosen = ([thing for thing in standing if is_door(thing)] or telling or ["wall"])[0]
         return f"{rule_name(chosen)}{what}"
 
-    def _column_body(self, kind: int, attributes: Listed[str]) -> str:
+    def _column_body(self, name: str, kind: int, attributes: Listed[str]) -> str:
         """The rows of a kind of column from the bottom up."""
         parts: list[tuple[list[str], str]] = []
         runs = {run.start: run for run in self.storeys.runs}
         attribute = dict(zip(runs, attributes, strict=True))
         for start, end in self._areas(kind, runs):
-            rows = self._rows(kind, start, end)
+            rows = self._rows(name, kind, start, end)
             if start not in runs:
                 for size, rule in rows:
                     self._append(parts, size, rule)
                 continue
             height = sum(self.pattern.rows.size[row] for row in self.pattern.rows.kind[start:end])
             rule = rows[0][1]
-            if any(name != rule for _, name in rows) or not self._stretches(rule):
-                group = " | ".join(f"{size} : {name}" for size, name in rows)
+            if any(other != rule for _, other in rows) or not self._stretches(rule):
+                group = " | ".join(f"{size} : {other}" for size, other in rows)
                 rule = f"split(y) {{ {{ {group} }}* }}"
             self._append(parts, f"{attribute[start]} * {number(height, _DIGITS)}", rule)
         return self._stack(parts)
 
-    def _rows(self, kind: int, start: int, end: int) -> list[tuple[str, str]]:
+    def _rows(self, name: str, kind: int, start: int, end: int) -> list[tuple[str, str]]:
         """Sizes and rules of rows of a column: one if a picture goes on over them."""
-        if area := self._area(kind, start, end):
+        if area := self._area(name, kind, start, end):
             height = sum(round(self.pattern.rows.size[row], _DIGITS) for row in self.pattern.rows.kind[start:end])
             return [(number(height, _DIGITS), area)]
         if end - start > 1:
-            return [row for index in range(start, end) for row in self._rows(kind, index, index + 1)]
+            return [row for index in range(start, end) for row in self._rows(name, kind, index, index + 1)]
         row = self.pattern.rows.kind[start]
         return [(self._row_size(row), self._cell(row, kind))]
 
@@ -440,10 +475,11 @@ class _FamilyWriter:
             windows.append((rows.size[row], picture_on(cell) if is_sized else None))
         return window_over(windows, Y)
 
-    def _area(self, kind: int, start: int, end: int) -> str:
-        """The rule of rows of a column with the picture that goes on over them, or nothing if there is none."""
+    def _area(self, column: str, kind: int, start: int, end: int) -> str:
+        """The rule of rows of a named column with the picture that goes on over them, or nothing if there is none."""
         window = self._window(kind, start, end)
-        projection = self.projection(window) if window else ""
+        height = sum(self.pattern.rows.size[row] for row in self.pattern.rows.kind[start:end])
+        projection = self.projection(window, (self.pattern.columns.size[kind], height)) if window else ""
         if not projection:
             return ""
         parts: list[tuple[list[str], str]] = []
@@ -452,8 +488,10 @@ class _FamilyWriter:
             self._append(parts, self._row_size(row), self._rule_of(cell))
         body = f"{projection} {self._stack(parts)}"
         if body not in self.areas:
-            self.areas[body] = self.names.new(self._name(cells, "Area"))
-            self.lines.append(f"{self.areas[body]} --> {body}")
+            floors = [floor for row, floor in self.floors.items() if start <= row < end]
+            where = "To".join(dict.fromkeys([floors[0], floors[-1]])) if floors else self._name(cells, "")
+            self.areas[body] = self._part_name(f"{column}{where}")
+            self.rules[self.areas[body]] = body
         return self.areas[body]
 
     def _append(self, parts: list[tuple[list[str], str]], size: str, rule: str) -> None:
@@ -483,24 +521,23 @@ class _FamilyWriter:
     def _rule_of(self, cell: Cell) -> str:
         """The rule of a cell, written at its first use."""
         if cell not in self.cells:
-            self.cells[cell] = name = self.names.new(
-                rule_name(cell.label) if cell.axis == LEAF else self._name([cell], "Cell")
-            )
             if cell.axis == LEAF:
+                self.cells[cell] = name = self.names.new(rule_name(cell.label))
                 body, terminal = self.leaf(cell), name
                 if cell.outline:
                     # What follows a part of its own is a leaf without a name.
                     terminal = self.names.new(f"{name}Shape")
                     body += f" {terminal}."
                 self.labels[terminal] = cell.label
-                self.lines.append(f"{name} --> {body}")
+                self.rules[name] = body
             else:
+                self.cells[cell] = name = self._part_name(self._name([cell], "Cell"))
                 floats = [part.can_stretch(cell.axis) for _, part in cell.parts]
                 sizes = [
                     (("~" if floating or not any(floats) else "") + number(size, _DIGITS), self._rule_of(part))
                     for floating, (size, part) in zip(floats, cell.parts, strict=True)
                 ]
-                self.lines.append(f"{name} --> {split_body('xy'[cell.axis], sizes)}")
+                self.rules[name] = split_body("xy"[cell.axis], sizes)
         return self.cells[cell]
 
 

@@ -111,20 +111,22 @@ def projection(facade: Facade, shows: ShownPictures, node: int) -> str:
     return f'texture("{picture_file(facade, int(shows.picture[node]))}") {projection}' if projection else ""
 
 
-def window_projection(first: Floats, extent: Floats, digits: int) -> str:
+def window_projection(first: Floats, extent: Floats, digits: int, rectangle: Floats | None = None) -> str:
     """The operation that lays a window of a picture on a rectangle; empty for one that has no area.
 
     Args:
         first: [2] left and bottom of the window, as parts of the picture.
         extent: [2] width and height of the window.
         digits: decimals of numbers.
+        rectangle: [2] width and height of the rectangle, metres, to write metres; else its parts are written, for
+            rectangles that are stretched.
     """
     if (np.abs(extent) < _SAME_WINDOW).any():
         return ""
-    sizes = ", ".join(f"'{number(value, digits)}" for value in (1.0 / extent).tolist())
+    mark, unit = ("'", np.ones(2)) if rectangle is None else ("", rectangle)
     # The corner of the picture is to the left of the window and below it.
-    offsets = ", ".join(f"'{number(value, digits)}" for value in (0.0 - first / extent).tolist())
-    return f"setupProjection(0, scope.xy, {sizes}, {offsets})"
+    lengths = [*(unit / extent).tolist(), *(0.0 - first / extent * unit).tolist()]
+    return f"setupProjection(0, scope.xy, {', '.join(mark + number(value, digits) for value in lengths)})"
 
 
 def store_as_assets(facade: Facade, folder: Path) -> None:

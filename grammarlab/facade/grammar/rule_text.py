@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
 from grammarlab.facade.grammar.bands import repeated_runs
 from grammarlab.facade.looks import THICKNESS, look_of
+from grammarlab.language.formatting import WIDTH
 
 AROUND = "Around"
 """Symbol of the wall around an outline in the box of a leaf."""
 RESERVED = {"Lot", "Facade", "NIL", AROUND}
 
+_NAME = re.compile(r"(?:^|(?<=: )|(?<=\) ))[A-Za-z]\w*(?= [|}]|$)")
+"""The name of a rule as all that a part consists of, or as the end of its operations."""
+_INDENT = 8
+"""Characters before a part that has its own line."""
 _MOST_DECIMALS = 6
 """Most decimals of a percentage."""
 _LARGEST_CHANGE = 0.25
@@ -141,3 +147,108 @@ def split_body(axis: str, parts: Sequence[tuple[str, str]], *, repeats: bool = T
         group = " | ".join(words[run.start : run.start + run.period])
         words[run.start : run.end] = [f"{{ {group} }}*"]
     return f"split({axis}) {{ {' | '.join(words)} }}"
+
+
+def nested(rules: Mapping[str, str], movable: Iterable[str]) -> dict[str, str]:
+    """Rules without those that are used once: their bodies replace their names where the line has room for them.
+
+    No rule gets more lines by that.
+
+    Args:
+        rules: bodies by name; names are used after their rules.
+        movable: names of rules that may be replaced.
+
+    >>> nested({"Pane": "split(x) { 1 : Glass | 1 : Glass }", "Bay": "split(y) { 1 : Pane | ~1 : Wall }"}, ["Pane"])
+    {'Bay': 'split(y) { 1 : split(x) { 1 : Glass | 1 : Glass } | ~1 : Wall }'}
+    """
+    result: dict[str, str] = {}
+    uses = Counter(name for body in rules.values() for name in _NAME.findall(body))
+    once = {name for name in movable if uses[name] == 1}
+    for name, body in rules.items():
+        inner = {part: result[part] for part in _NAME.findall(body) if part in once and part in result}
+        ways = [_on_line(head, body, inner) for head in (name, "")] + [_on_lines(body, inner)]
+        heights = [
+            _height(name, way) + sum(_height(part, inner[part]) for part in inner.keys() & _NAME.findall(way))
+            for way in ways
+        ]
+        _, _, result[name] = min(zip(heights, (-len(way) for way in ways), ways, strict=True))
+        for part in inner.keys() - _NAME.findall(result[name]):
+            del result[part]
+    return result
+
+
+def renamed(body: str, names: Mapping[str, str]) -> str:
+    """A body with other names, or other bodies, in the place of names."""
+    return _NAME.sub(lambda match: names.get(match[0], match[0]), body)
+
+
+def top_down(rules: Mapping[str, str], starts: Iterable[str]) -> dict[str, str]:
+    """Rules in the order in which a reader meets their names, those without parts last.
+
+    Args:
+        rules: bodies by name.
+        starts: names that are not used by other rules.
+
+    >>> list(top_down({"Glass": "NIL", "Pane": "split(x) { 1 : Glass }", "Bay": "split(y) { 1 : Pane }"}, ["Bay"]))
+    ['Bay', 'Pane', 'Glass']
+    """
+    order: dict[str, None] = {}
+    waiting = list(starts)[::-1]
+    while waiting:
+        name = waiting.pop()
+        if name not in order:
+            order[name] = None
+            waiting += [part for part in reversed(_NAME.findall(rules[name])) if part in rules]
+    return {name: rules[name] for name in sorted(order, key=lambda name: not _NAME.search(rules[name]))}
+
+
+def _on_line(name: str, body: str, inner: Mapping[str, str]) -> str:
+    """A body with as many inner bodies as `_is_line` allows."""
+    if _is_line(name, body):
+        for part in inner:
+            longer = renamed(body, {part: inner[part]})
+            body = longer if _is_line(name, longer) else body
+    return body
+
+
+def _on_lines(body: str, inner: Mapping[str, str]) -> str:
+    """A body with those inner bodies for which a line of their own has room; with any one if it has no parts."""
+    if "split(" not in body:
+        return renamed(body, inner)
+    pairs = [(segment, renamed(segment, inner)) for segment in _segments(body)]
+    return " ".join(longer if len(longer) + _INDENT <= WIDTH else segment for segment, longer in pairs)
+
+
+def _is_line(name: str, body: str) -> bool:
+    """Whether a rule fits on one line; with no name, its last operation on a line below the others."""
+    setup, opening, split = body.partition("split(")
+    line = f"{name} --> {body}" if name else f"    {opening}{split or setup}"
+    return len(line) <= WIDTH
+
+
+def _height(name: str, body: str) -> int:
+    """Number of lines of a rule."""
+    if _is_line(name, body):
+        return 1
+    has_setup = not body.startswith("split(") and "split(" in body
+    return 2 + has_setup if _is_line("", body) else 1 + sum(segment != "|" for segment in _segments(body))
+
+
+def _segments(body: str) -> list[str]:
+    """A body as its start up to the outermost split, the parts of that with bars between them, and its end.
+
+    >>> _segments("split(y) { 1 : split(x) { ~1 : Glass } | { 1 : Bay | 2 : Pier }* }")
+    ['split(y) {', '1 : split(x) { ~1 : Glass }', '|', '{ 1 : Bay | 2 : Pier }*', '}']
+    """
+    segments: list[list[str]] = [[]]
+    depth = 0
+    for word in body.split(" "):
+        depth += (word == "{") - word.startswith("}")
+        if (word, depth) == ("{", 1):
+            segments[-1].append(word)
+            segments.append([])
+        elif (word, depth) == ("|", 1) or (word.startswith("}") and not depth):
+            segments += [[word], []]
+        else:
+            segments[-1].append(word)
+    return [" ".join(words) for words in segments if words]

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 from math import floor
 from typing import NamedTuple
 
 from grammarlab.errors import FacadeError
 from grammarlab.facade.grammar.bands import Repeat, repeated_runs
+from grammarlab.facade.grammar.contents import Cell
 from grammarlab.facade.grammar.walks import KindSequence
+from grammarlab.facade.looks import is_door, look_of
 
 MOST_TIMES = 100
 """Largest number of turns of a run."""
@@ -70,6 +73,18 @@ def storeys_of(rows: KindSequence, low: float, high: float) -> Storeys:
     if len(combinations) > MOST_CHOICES:
         raise FacadeError(f"{len(combinations)} combinations of rows are too many; use a narrower range of heights.")
     return Storeys(runs, tuple(times for times, _ in combinations), tuple(height for _, height in combinations))
+
+
+def floor_names(rows: KindSequence, cells: Sequence[Sequence[Cell]]) -> dict[int, str]:
+    """Names of the bands of rows with windows or doors, by their index: their floors in the facade.
+
+    Args:
+        rows: bands of the facade, from the bottom up.
+        cells: [row kinds][column kinds] content at each crossing.
+    """
+    opens = [any(look_of(thing).glazed or is_door(thing) for cell in row for thing in cell.things()) for row in cells]
+    floors = [index for index, kind in enumerate(rows.kind) if opens[kind]]
+    return {index: f"Floor{number}" if number > 1 else "GroundFloor" for number, index in enumerate(floors, start=1)}
 
 
 def _runs(rows: KindSequence) -> tuple[Repeat, ...]:
