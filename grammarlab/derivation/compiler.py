@@ -179,6 +179,7 @@ class _Compilation:
             uses_tags=any(map(_reads_tags, self._different)),
             import_prefixes=tuple(f"{alias}." for alias in grammar.imports),
             # Last: the functions that are called are known when everything is compiled.
+            reads_tree_keys="getTreeKey" in self._names.called,
             queries_context=not self._names.called.isdisjoint(CONTEXT_QUERIES),
         )
 

@@ -30,7 +30,7 @@ from grammarlab.derivation.materials import MaterialTable
 from grammarlab.derivation.model_values import attributes_of_models
 from grammarlab.derivation.program import CompiledRule, Program, with_variables
 from grammarlab.derivation.state.corner_maps import finished
-from grammarlab.derivation.state.lineage import Lineage
+from grammarlab.derivation.state.lineage import NO_PART, PART, Lineage, SiblingOrder
 from grammarlab.derivation.state.mesh_table import MeshTable, normalized
 from grammarlab.derivation.state.recorder import Recorder
 from grammarlab.derivation.state.shapes import FOOTPRINT, Ids, Shapes, concatenate
@@ -356,7 +356,12 @@ def _prepare(
         meshes=meshes,
         materials=MaterialTable(),
         budget=budget,
-        recorder=Recorder(program.id_type, lineage, has_leaves or collector is not None),
+        recorder=Recorder(
+            program.id_type,
+            lineage,
+            has_leaves or collector is not None,
+            SiblingOrder() if program.reads_tree_keys else None,
+        ),
         assets=assets,
         collector=collector,
         surroundings=surroundings,
@@ -368,6 +373,8 @@ def _prepare(
     state = {**initial_maps(roots, workspace), **initial_plans(workspace)}
     if program.has_trim_planes:
         state[TRIM] = NONE
+    if program.reads_tree_keys:
+        state[PART] = NO_PART
     workspace.roots = roots._replace(state=state)
     workspace.recorder.add_roots(roots.model, np.array(symbols, dtype=np.int32)[lots.start_rule])
     return workspace

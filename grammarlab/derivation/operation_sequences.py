@@ -12,13 +12,14 @@ import numpy as np
 
 from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, all_values, argument, head, word
 from grammarlab.derivation.calls.branches import Branching, Leaf, route
-from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, Head, Operation
+from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, BoundPart, Head, Operation
 from grammarlab.derivation.calls.inlining import combined_shapes, derived_at_once, merged, row_name
 from grammarlab.derivation.calls.modifying import UNTOUCHED, RowNames, recomposed
 from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
 from grammarlab.derivation.liveness import INDEX, SHOWN, Liveness
 from grammarlab.derivation.operations import BLOCKS, OPERATIONS
-from grammarlab.derivation.state.shapes import Shapes, Value, child_keys, part_keys
+from grammarlab.derivation.state.lineage import NO_PART, PART
+from grammarlab.derivation.state.shapes import Ids, Shapes, Value, child_keys, part_keys
 from grammarlab.derivation.state.surroundings import visible
 from grammarlab.derivation.state.workspace import Code, Workspace
 from grammarlab.errors import DerivationError, Location
@@ -108,6 +109,8 @@ class SequenceCompiler:
         # Both are visited in the order of their numbers in the branch.
         self._children = iter(enumerate(branch.successors))
         self._blocks = iter(range(len(branch.blocks)))
+        self._num_children = 0
+        """Number of successors that were compiled."""
 
     def sequence(
         self, sequence: syntax.Sequence, in_block: bool = False, rule: int = -1, is_part: bool = False
@@ -227,6 +230,7 @@ class SequenceCompiler:
     ) -> Step:
         """Code that divides shapes into parts, and applies to the parts of each head its choice."""
         draws = tuple(self._successors.draws(choice) for choice in choices)
+        first = self._num_children
         bodies = tuple(self.body(choice, in_block=True) for choice in choices)
         live = [self._successors.liveness.part(choice) for choice in choices]
         has_index = any(part & INDEX for part in live)
@@ -254,7 +258,7 @@ class SequenceCompiler:
                 if part.shapes.num:
                     key = part_keys(part.shapes.key, number, part.number) if random else None
                     inner = part.shapes if part.shapes.key is key else part.shapes._replace(key=key)
-                    run_branches(body, inner, workspace)
+                    run_branches(body, _with_part(inner, first, part, workspace), workspace)
             return shapes
 
         return step
@@ -266,6 +270,7 @@ class SequenceCompiler:
         parts = [(part, group, operation.selectors) for part, group in _flattened(item.group, item.group.repeated)]
         heads = all_values([head(self._expressions, part, group, words, number) for part, group, words in parts])
         draws = tuple(self._successors.draws(part.body) for part, *_ in parts)
+        first_child = self._num_children
         bodies = tuple(self.body(part.body, in_block=True) for part, *_ in parts)
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
@@ -292,7 +297,8 @@ class SequenceCompiler:
                             **part.shapes.state,
                             names.component: np.arange(first, first + count, dtype=np.float64),
                         }
-                        run_branches(body, part.shapes._replace(key=key, state=state), workspace)
+                        inner = part.shapes._replace(key=key, state=state)
+                        run_branches(body, _with_part(inner, first_child, part, workspace), workspace)
                     first += count
 
             names = RowNames(row_name(workspace), f"{row_name(workspace)}.component")
@@ -341,6 +347,7 @@ class SequenceCompiler:
 
     def _successor(self, item: Invoke, in_block: bool) -> Step:
         child, successor = next(self._children)
+        self._num_children = child + 1
         symbol = self._successors.symbols[item.name]
         arguments = tuple(self._expressions.expression(argument) for argument in item.arguments)
         overrides = self._overrides(item)
@@ -355,6 +362,8 @@ class SequenceCompiler:
             key = child_keys(shapes.key, child) if draws else None
             nodes = workspace.recorder.add_children(shapes, symbol, child, in_block)
             made = shapes.as_children(nodes, key, values)
+            if workspace.recorder.siblings is not None:
+                made = made._replace(state={**made.state, PART: NO_PART})
             if item.overrides is not None:
                 values_at_call = {name: code(shapes, workspace) for name, code in overrides.items()}
                 made = _reinitialised(made, item, values_at_call, renewed, workspace)
@@ -431,6 +440,22 @@ def _reinitialised(
             initial = roots._replace(state={**roots.state, **state})
             state[name] = workspace.attributes[name].code(initial, workspace)
     return shapes._replace(state=state)
+
+
+def _with_part(shapes: Shapes, first: int, part: BoundPart, workspace: Workspace) -> Shapes:
+    """Shapes [N] of a part that remember it, if rules ask for places among siblings.
+
+    Args:
+        shapes: the shapes of the part.
+        first: number of the first successor in the block.
+        part: the part.
+        workspace: the workspace.
+    """
+    siblings = workspace.recorder.siblings
+    if siblings is None:
+        return shapes
+    ids = siblings.add_parts(cast("Ids | int", shapes.state[PART]), first, part.number)
+    return shapes._replace(state={**shapes.state, PART: ids})
 
 
 def _bracket(body: Branching[Operations]) -> Step:

@@ -67,6 +67,8 @@ class Program:
     """Whether rules read tags, for which faces remember theirs."""
     queries_context: bool
     """Whether rules use spatial queries, for which models are derived twice."""
+    reads_tree_keys: bool
+    """Whether rules use ``getTreeKey``, for which nodes remember their places among their siblings."""
     import_prefixes: tuple[str, ...]
     """Beginnings, such as ``Tree.``, of the names of files that the rules import and that were not read."""
 

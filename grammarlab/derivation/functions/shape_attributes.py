@@ -94,9 +94,16 @@ def _geo_coordinate(call: FunctionCall) -> Value:
     return world[:, 0] if word == "X" else -world[:, 2]
 
 
+def _tree_key(call: FunctionCall) -> Value:
+    """``getTreeKey()``: the numbers of a shape's node and of those above it among their siblings."""
+    siblings = call.workspace.recorder.siblings
+    return "0;" if siblings is None else call.workspace.strings.ids(siblings.keys(call.shapes.node))
+
+
 BUILTINS: dict[str, Builtin] = {
     "convert": Builtin(_convert, (7, 7), keywords=_WORDS),
     "getGeoCoord": Builtin(_geo_coordinate, (1, 1), keywords=KEYWORDS["coordinate"]),
+    "getTreeKey": Builtin(_tree_key, (0, 0)),
 }
 
 

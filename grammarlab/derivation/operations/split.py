@@ -24,6 +24,7 @@ from grammarlab.derivation.split_sizes import (
 )
 from grammarlab.derivation.state.box_orders import kinds
 from grammarlab.derivation.state.corner_maps import own_maps, without_face_maps
+from grammarlab.derivation.state.lineage import PART
 from grammarlab.derivation.state.mesh_table import add_faces, normalized, scaled, upright
 from grammarlab.derivation.state.shapes import BOX, FACE, FOOTPRINT, Ids, Shapes, take_value
 from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
@@ -101,7 +102,7 @@ def _cut(
     call: BoundCall, axis: int, pieces: Sequence[SplitPieces], along: Floats, general: NDArray[np.bool_] | None
 ) -> list[BoundPart]:
     index_names = _asked_indices(call)
-    numbers = _numbered(pieces, call.shapes, is_wanted=bool(index_names))
+    numbers = _numbered(pieces, call.shapes, is_wanted=bool(index_names) or PART in call.shapes.state)
     parts = [
         call.shapes.bare_parts(piece.row) if is_bare else _part(call, axis, piece, along, general)
         for piece, is_bare in zip(pieces, call.bare or repeat(False), strict=False)
@@ -145,7 +146,7 @@ def _split_between_values(call: BoundCall, heads: tuple[Head, ...]) -> list[Boun
     elements = elements_of(call, heads, length)
     pieces = pieces_of(call, length, elements)
     index_names = _asked_indices(call)
-    numbers = _numbered(pieces, call.shapes, is_wanted=bool(index_names))
+    numbers = _numbered(pieces, call.shapes, is_wanted=bool(index_names) or PART in call.shapes.state)
     parts = [_texture_part(call, coordinate, unit_length, piece) for piece in pieces]
     if index_names:
         parts = _indexed(parts, pieces, numbers, call.shapes.num, index_names)
@@ -189,7 +190,7 @@ def _asked_indices(call: BoundCall) -> frozenset[str]:
 
 
 def _numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) -> list[NDArray[np.int64]]:
-    """Index of each piece along its shape, from 0; only if it is read or a part draws."""
+    """Index of each piece along its shape, from 0; only if it is wanted or a part draws."""
     counts = [len(piece.row) for piece in pieces]
     if shapes.key is None and not is_wanted:
         return [np.zeros(count, np.int64) for count in counts]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from grammarlab.arrays import Floats
 from grammarlab.derivation.forest import Draws, Leaves, MissingAsset, NodeIds, Nodes, Reports, by_path, by_place
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.box_orders import kinds
-from grammarlab.derivation.state.lineage import Lineage
+from grammarlab.derivation.state.lineage import NO_PART, PART, Lineage, SiblingOrder
 from grammarlab.derivation.state.mesh_table import MeshTable, right_handed, upright
 from grammarlab.derivation.state.shapes import EMPTY, Ids, Shapes
 from grammarlab.derivation.state.texture_maps import NONE, map_ids, map_name
@@ -32,7 +33,11 @@ class Recorder:
     """Chunks of columns, joined once at the end."""
 
     def __init__(
-        self, id_type: np.dtype[np.int16 | np.int32], lineage: Lineage | None = None, has_leaves: bool = True
+        self,
+        id_type: np.dtype[np.int16 | np.int32],
+        lineage: Lineage | None = None,
+        has_leaves: bool = True,
+        siblings: SiblingOrder | None = None,
     ) -> None:
         """No records yet.
 
@@ -40,7 +45,9 @@ class Recorder:
             id_type: type of the columns of symbols, rules and children.
             lineage: keys of shapes that a second derivation finds again.
             has_leaves: whether the leaves of the models are recorded.
+            siblings: numbers of nodes among their siblings, if rules ask for them.
         """
+        self.siblings = siblings
         self._id_type = id_type
         self.has_leaves = has_leaves
         self.lineage = lineage
@@ -62,6 +69,8 @@ class Recorder:
         self._nodes.append((models, None, 0, 0, None))
         if self.lineage is not None:
             self.lineage.add_roots(models)
+        if self.siblings is not None:
+            self.siblings.add_nodes(np.full(len(models), -1, np.int32), NO_PART, 0)
         return self._grow(len(models))
 
     def add_children(self, shapes: Shapes, symbol: int, child: int, in_block: bool) -> Ids:
@@ -78,6 +87,8 @@ class Recorder:
         self._nodes.append((shapes.model, shapes.node, symbol, child, repeat))
         if self.lineage is not None:
             self.lineage.add_children(shapes.node, child, repeat)
+        if self.siblings is not None:
+            self.siblings.add_nodes(shapes.node, cast("Ids", shapes.state[PART]), child)
         return self._grow(shapes.num)
 
     def add_nothing(self, shapes: Shapes) -> None:
