@@ -273,10 +273,11 @@ class _FamilyWriter:
         """Rules of columns from the whole to its parts: what is used once is in its place, the others are numbered."""
         rules = nested(self.rules, chain.from_iterable(self.part_names.values()))
         rules = top_down(rules, columns)
+        order = {name: index for index, name in enumerate(rules)}
         numbered: dict[str, str] = {}
         for names in self.part_names.values():
-            written = set(names) & rules.keys()
-            numbered |= zip((name for name in rules if name in written), names, strict=False)
+            written = sorted((name for name in names if name in order), key=lambda name: order[name])
+            numbered |= zip(written, names, strict=False)
         return {numbered.get(name, name): renamed(body, numbered) for name, body in rules.items()}
 
     def _part_name(self, preferred: str) -> str:
