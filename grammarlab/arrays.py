@@ -28,6 +28,8 @@ _WORD = 8
 """Bytes of a word that is hashed."""
 _HASH_SHIFTS = np.uint64(30), np.uint64(27)
 _HALF_WORD = np.uint64(32)
+_LARGEST_CODE = 1 << 62
+"""Largest code of a pair of integers, so that differences of two codes are within 64 bits."""
 _FEW_ROWS = 40
 """Number of rows up to which a dictionary of their bytes is faster than columns of hashes."""
 _FEW_HASHES = 1000
@@ -162,7 +164,7 @@ def distinct_counts(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints
 
 
 def hashed(values: NDArray) -> NDArray[np.uint64]:
-    """Hashes of the bits of floats or integers, of the same shape; 0.0 and -0.0 differ, and that of 0 is 0."""
+    """Hashes of the bits of 64-bit floats or integers, of the same shape; 0.0 and -0.0 differ, and that of 0 is 0."""
     bits = values.view(np.uint64) if values.dtype.itemsize == _WORD else values.astype(np.uint64)
     mixed = bits ^ (bits >> _HASH_SHIFTS[0])
     mixed *= _HASH_FACTORS[0]
@@ -183,7 +185,7 @@ def distinct_rows(*columns: NDArray) -> tuple[Ints, Ints]:
     """Different rows of columns, compared to the last bit: index [K] of the first of each, ascending, and number [N].
 
     Args:
-        columns: [N] or [N, ...] contiguous columns of floats or integers, at least one.
+        columns: [N] or [N, ...] contiguous columns of 64-bit floats or integers of any width, at least one.
 
     >>> first, number = distinct_rows(np.array([3, 3, 1, 3]), np.array([0.5, 2.0, 0.5, 0.5]))
     >>> first.tolist(), number.tolist()
@@ -222,11 +224,17 @@ def distinct_pairs(one: NDArray[_Integer], other: Ints, limit: int) -> tuple[NDA
     Args:
         one: [N] the first integers.
         other: [N] the second integers, 0 <= value < limit.
-        limit: bound of the second integers.
+        limit: bound of the second integers; times any first integer, it is less than 2^62 in size.
+
+    Raises:
+        OverflowError: If it is not.
 
     >>> [column.tolist() for column in distinct_pairs(np.array([3, 2, 3]), np.array([1, 0, 1]), 2)]
     [[2, 3], [0, 1], [1, 0, 1]]
     """
+    largest = max(-int(one.min(initial=0)), int(one.max(initial=0))) + 1
+    if largest * limit > _LARGEST_CODE:
+        raise OverflowError(f"pairs of integers below {largest:,} and {limit:,}: expected a product of at most 2^62")
     codes = one.astype(np.int64) * limit + other
     different, number = _distinct_codes(codes)
     first, second = np.divmod(different, limit)

@@ -97,6 +97,19 @@ def test_pairs_are_equal_if_both_integers_are(pairs, spread, are_many) -> None:
     assert np.array_equal(others[number], other)
 
 
+def test_pairs_whose_code_would_overflow_are_refused() -> None:
+    other = np.array([1, 1])
+    for first in (1 << 40, -(1 << 40)):
+        with pytest.raises(OverflowError, match=r"at most 2\^62"):
+            distinct_pairs(np.array([first, 0]), other, 1 << 24)
+    large = np.array([(1 << 40) - 1, 1 - (1 << 40), (1 << 40) - 1])
+    assert [column.tolist() for column in distinct_pairs(large, np.array([9, 9, 9]), 1 << 22)] == [
+        [int(large[1]), int(large[0])],
+        [9, 9],
+        [1, 0, 1],
+    ]
+
+
 @pytest.mark.parametrize("limit", [70, 100_000])
 def test_ranks_are_those_of_sorting_for_few_and_many_possible_values(limit) -> None:
     values = np.random.default_rng(1).integers(0, 70, 300)
