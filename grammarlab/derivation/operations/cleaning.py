@@ -36,7 +36,8 @@ def reduce_geometry(call: BoundCall) -> Shapes:
         if len(mesh.corners) - 2 * mesh.num_faces > MOST_TRIANGLES:
             call.warn(f"reduceGeometry reduces at most {MOST_TRIANGLES:,} triangles; larger meshes stay as they are")
             return None
-        return _if_other(mesh, reduced(mesh, share))
+        result = reduced(mesh, share)
+        return None if result is mesh else result
 
     return reworked(call, np.clip(call.column(call.values[0]), 0.0, 1.0), smaller)
 

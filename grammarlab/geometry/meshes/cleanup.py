@@ -20,8 +20,8 @@ from grammarlab.geometry.meshes.vectors import dot, norm, unit
 
 Components = Literal["all", "edges", "faces", "vertices"]
 
-_SAME_POINT = 1e-6
-"""Metres up to which points are one at the tolerance 0."""
+SAME_POINT = 1e-6
+"""Tolerance in metres: points up to this distance are one, so that faces that meet stay together."""
 _MOST_METRES, _MOST_DEGREES = 1.0, 10.0
 """Distance of points that become one, and angle that counts as straight or flat, at the tolerance 1."""
 _STRAIGHT = 1e-6
@@ -41,7 +41,7 @@ def cleaned(mesh: Meshes, components: Components, tolerance: float) -> Meshes:
     share = float(np.clip(tolerance, 0.0, 1.0))
     angle = max(_STRAIGHT, np.radians(share * _MOST_DEGREES))
     faces = Soup.of_faces(mesh, np.arange(mesh.num_faces))
-    near = merged_points(mesh.points, max(_SAME_POINT, share * _MOST_METRES))
+    near = merged_points(mesh.points, max(SAME_POINT, share * _MOST_METRES))
     faces = replace(faces, rows=near[faces.rows]).without_repeats()
     if components in ("all", "faces"):
         faces = faces.where(_are_needed(faces, mesh.points, (share * _MOST_METRES) ** 2))
@@ -72,7 +72,7 @@ def merged_points(points: Floats, distance: float) -> Indices:
 
 def _are_needed(faces: Soup, points: Floats, area: float) -> Flags:
     """[F] whether faces have more area, in square metres, and are not on the corners of an earlier face."""
-    flags = face_areas(faces.as_one_mesh(points)) > max(area, _SAME_POINT**2)
+    flags = face_areas(faces.as_one_mesh(points)) > max(area, SAME_POINT**2)
     corners: set[frozenset[int]] = set()
     for number, (begin, end) in enumerate(zip(faces.offsets[:-1].tolist(), faces.offsets[1:].tolist(), strict=True)):
         key = frozenset(faces.rows[begin:end].tolist())

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, offsets_from_counts
-from grammarlab.geometry.meshes.cleanup import merged_points
+from grammarlab.arrays import ROUNDING, Floats, offsets_from_counts
+from grammarlab.geometry.meshes.cleanup import SAME_POINT, merged_points
 from grammarlab.geometry.meshes.corner_data import CornerData
 from grammarlab.geometry.meshes.mesh import UNTAGGED, Indices, Meshes, Soup
 from grammarlab.geometry.meshes.triangulate import triangulate
@@ -23,12 +23,13 @@ from grammarlab.geometry.meshes.vectors import cross, dot, norm, unit
 
 MOST_TRIANGLES = 100_000
 """Budget: larger meshes stay as they are, since a collapse takes about 0.4 ms."""
-_SAME_POINT = 1e-6
-"""Tolerance in metres: points up to here are one, so that sheets that meet stay together."""
 _LEAST_COSINE = 0.1
-"""Tolerance: a triangle may not turn farther in one collapse, so that the surface does not fold over."""
+"""Tolerance: cosine of the largest angle, 84 degrees, by which a triangle turns in one collapse. From 90 degrees on the
+surface folds over; the margin leaves out triangles that stand on edge, whose next collapse would fold them."""
+_QUAD = 4
+"""Corners of a face that stays whole if it is alone, as rectangles do that no rule reads tags of."""
 _FLAT = 1e-18
-"""Tolerance of costs, as a share of the fourth power of the size of a mesh, below which a collapse moves nothing."""
+"""Tolerance: cost below which a collapse moves nothing in a mesh of size 1, the fourth power of a length."""
 
 _Quadric = tuple[float, float, float, float, float, float, float, float, float, float]
 """Upper half of the symmetric 4 x 4 matrix of a sum of squared distances, row by row."""
@@ -44,15 +45,36 @@ def reduced(mesh: Meshes, share: float) -> Meshes:
         mesh: a single mesh of at most `MOST_TRIANGLES` triangles, points in metres.
         share: 0..1, the share of its points that goes; fewer, if no more can go without folds.
     """
+    extent = float(np.ptp(mesh.points, axis=0).max(initial=0.0))
+    if extent == 0.0 or (mesh.num_faces == 1 and len(mesh.corners) == _QUAD):
+        return _plain(mesh)
+    # A power of two, so that a scaled mesh is rounded as the mesh is.
+    points = np.ldexp(mesh.points, -int(np.frexp(extent)[1]))
     faces = Soup.of_faces(mesh, np.arange(mesh.num_faces))
-    faces = replace(faces, rows=merged_points(mesh.points, _SAME_POINT)[faces.rows]).without_repeats()
-    if not len(faces):
-        return mesh
-    corners, face = _triangles(faces, mesh.points)
-    collapse = _Collapse.of(faces, mesh.points, corners, face)
-    num_points = len(np.unique(faces.rows))
-    collapse.run(num_points - int(num_points * (1.0 - float(np.clip(share, 0.0, 1.0)))))
+    faces = replace(faces, rows=merged_points(points, SAME_POINT / max(1.0, extent))[faces.rows]).without_repeats()
+    count = _num_removed(len(np.unique(faces.rows)), share)
+    if count == 0:
+        return _plain(mesh)
+    corners, face = _triangles(faces, points)
+    collapse = _Collapse.of(faces, points, corners, face)
+    collapse.run(count)
     return _rebuilt(faces, collapse, face).meshes(mesh.points, np.zeros(len(mesh.points), np.int64), 1)
+
+
+def _plain(mesh: Meshes) -> Meshes:
+    """The same mesh without tags and normals; the mesh itself if it has none."""
+    has_normals = mesh.data is not None and not np.isnan(mesh.data.values[:, :3]).all()
+    if not has_normals and (mesh.tags == UNTAGGED).all():
+        return mesh
+    data = mesh.data and mesh.data.without_normals()
+    return replace(mesh, tags=np.full_like(mesh.tags, UNTAGGED), data=data)
+
+
+def _num_removed(num_points: int, share: float) -> int:
+    """Number of points that go: those beyond the whole number that may stay; none for less than half a point."""
+    if num_points * share < 0.5:
+        return 0
+    return num_points - int(num_points * (1.0 - min(share, 1.0)) + ROUNDING)
 
 
 def _triangles(faces: Soup, points: Floats) -> tuple[Indices, Indices]:
@@ -76,14 +98,12 @@ class _Collapse:
     around: dict[int, set[int]]
     """The triangles at each point."""
     quadrics: dict[int, _Quadric]
-    flat: float
-    """Cost below which a collapse moves nothing."""
     touched: set[int] = field(default_factory=set[int])
     """Triangles that are not as they were."""
 
     @classmethod
     def of(cls, faces: Soup, points: Floats, corners: Indices, face: Indices) -> _Collapse:
-        """Triangles with given corners before the first collapse."""
+        """Triangles with given corners before the first collapse; points are in a mesh of size 1."""
         rows = faces.rows[corners]
         triangles: list[list[int]] = rows.tolist()
         around: dict[int, set[int]] = {}
@@ -91,7 +111,6 @@ class _Collapse:
             for point in triangle:
                 around.setdefault(point, set()).add(number)
         slots = np.zeros(len(faces), np.int32) if faces.data is None else faces.data.slots
-        size = float(np.ptp(points[faces.rows], axis=0).max())
         return cls(
             points=[(x, y, z) for x, y, z in points.tolist()],
             triangles=triangles,
@@ -99,7 +118,6 @@ class _Collapse:
             same=_equal_values(faces),
             around=around,
             quadrics=_quadrics(rows, points, slots[face]),
-            flat=_FLAT * size**4,
         )
 
     def run(self, count: int) -> None:
@@ -132,7 +150,7 @@ class _Collapse:
         place = self.points[stays]
         cost = _distance(self.quadrics[gone], place) + _distance(self.quadrics[stays], place)
         edge = _difference(self.points[gone], place)
-        return cost if cost > self.flat else 0.0, _product(edge, edge)
+        return cost if cost > _FLAT else 0.0, _product(edge, edge)
 
     def _may(self, gone: int, stays: int) -> bool:
         """Whether the surface stays as connected as it is, and no triangle turns over."""

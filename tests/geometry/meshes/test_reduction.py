@@ -13,7 +13,7 @@ from grammarlab.geometry.meshes.measure import areas, is_closed, volumes
 from grammarlab.geometry.meshes.mesh import Meshes
 from grammarlab.geometry.meshes.reduction import reduced
 from grammarlab.language.grammar import Grammar
-from tests.derivation.operations.leaves import world_meshes
+from tests.derivation.operations.leaves import areas_by_symbol, world_meshes
 
 
 def grid(n, height=lambda x, z: 0.0 * x):
@@ -29,16 +29,59 @@ def ball(share):
     return world_meshes(derive(Grammar.parse(text), 1, 1))
 
 
-@pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 0.8])
-def test_this_share_of_the_points_is_gone(share):
-    hills = grid(12, lambda x, z: np.sin(x) + np.cos(z))
-    assert len(reduced(hills, share).points) == int(169 * (1.0 - share))
+@pytest.mark.parametrize(
+    ("n", "share", "num_points"),
+    [
+        (12, 0.0, 169),
+        (12, 0.2, 135),
+        (12, 0.5, 84),
+        (12, 0.8, 33),
+        (12, 0.002, 169),
+        (12, 0.006, 167),
+        (9, 0.9, 10),
+        (4, 0.8, 5),
+        (4, 0.4, 15),
+    ],
+)
+def test_this_share_of_the_points_is_gone(n, share, num_points):
+    hills = grid(n, lambda x, z: np.sin(x) + np.cos(z))
+    assert len(reduced(hills, share).points) == num_points
 
 
-@pytest.mark.parametrize("share", [0.5, 0.9])
-def test_a_plane_keeps_its_outline(share):
+@pytest.mark.parametrize("exponent", [-24, 250])
+def test_meshes_are_reduced_alike_at_every_size(exponent):
+    hills = grid(6, lambda x, z: np.sin(x) + np.cos(z))
+    scaled = reduced(hills.with_points(np.ldexp(hills.points, exponent)), 0.5)
+    expected = reduced(hills, 0.5)
+    assert np.array_equal(scaled.points, np.ldexp(expected.points, exponent))
+    assert np.array_equal(scaled.corners, expected.corners)
+
+
+@pytest.mark.parametrize("reader", ["", ' comp(f) { isTagged("x") : T. | all : N. }'])
+@pytest.mark.parametrize("share", [0, 0.5, 1])
+def test_a_rectangle_stays_whole_without_its_tags(share, reader):
+    text = f'Lot --> s(20, 0, 20) tag("x") reduceGeometry({share}){reader or " N."}'
+    forest = derive(Grammar.parse(text), 1, 1)
+    assert set(areas_by_symbol(forest)) == {"N."}
+    mesh = world_meshes(forest)
+    assert len(mesh.points) == 4
+    assert areas(mesh)[0] == pytest.approx(400.0)
+
+
+def test_a_mesh_without_tags_that_loses_no_point_is_the_same_one():
+    hills = grid(3)
+    assert reduced(hills, 0.0) is hills
+
+
+def test_a_solid_loses_its_tags_where_no_point_goes():
+    text = 'Lot --> extrude(3) tag("x") reduceGeometry(0) comp(f) { isTagged("x") : T. | all : N. }'
+    assert set(areas_by_symbol(derive(Grammar.parse(text), 1, 1))) == {"N."}
+
+
+@pytest.mark.parametrize(("share", "num_points"), [(0.5, 40), (0.9, 8)])
+def test_a_plane_keeps_its_outline(share, num_points):
     plate = reduced(grid(8), share)
-    assert len(plate.points) == int(81 * (1.0 - share))
+    assert len(plate.points) == num_points
     assert areas(plate)[0] == pytest.approx(64.0)
     assert {(0, 0), (8, 0), (0, 8), (8, 8)} <= {(x, z) for x, _, z in plate.points.tolist()}
 
