@@ -58,7 +58,9 @@ function build(root, channel, first) {
     role: "application",
     "aria-label": "Model in 3D: Shift with arrows turns, + and − zoom, up and down name the rules of its parts",
   });
-  const mistakes = element("div", { class: "wa-mistakes", role: "alert" });
+  const mistakes = element("div", { role: "alert" });
+  // What rules print is no alarm.
+  const printed = element("div");
   const rule = makeRule(channel, (triangles) => {
     view?.mark(triangles);
     if (triangles) tree.go(tree.rowAt(triangles[0]));
@@ -101,7 +103,7 @@ function build(root, channel, first) {
         "div",
         { class: "gl-left" },
         element("div", { class: "gl-room wa-room" }, canvas),
-        mistakes,
+        element("div", { class: "wa-mistakes" }, mistakes, printed),
         element("div", { class: "wa-rule" }, rule.element),
       ),
       element(
@@ -212,7 +214,9 @@ function build(root, channel, first) {
         : errors
           ? `${errors} ${errors === 1 ? "error" : "errors"}`
           : `${state.shapes.toLocaleString()} shapes`;
-      mistakes.replaceChildren(...state.mistakes.map(mistakeLine));
+      const isNote = (/** @type {Mistake} */ { severity }) => severity === "note";
+      mistakes.replaceChildren(...state.mistakes.filter((each) => !isNote(each)).map(mistakeLine));
+      printed.replaceChildren(...state.mistakes.filter(isNote).map(mistakeLine));
       for (const mark of mistakes.querySelectorAll("i")) showInLine(mark);
       root.classList.toggle("wa-stale", errors > 0);
       root.classList.toggle("wa-empty", !state.version && !state.busy);

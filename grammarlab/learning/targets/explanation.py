@@ -7,6 +7,7 @@ points.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -42,6 +43,8 @@ _MIN_POINTS = 3.0
 """Smallest number of points of a described part."""
 _MAX_RARITY = 400
 """Smallest share of designs of a kind: one in 400."""
+_NO_CHOICE = re.compile(r"^(any|number of) | then ")
+"""What names of choices of one symbol do not have."""
 _STATEMENT_STARTS, _STATEMENT_ENDS = (
     ("all ", "same choice"),
     (" alike", " alternate", " mirrored", " never fall", " by turns"),
@@ -287,7 +290,9 @@ class _ColumnWords:
     def _amount(self, name: str, interval: _Range) -> Iterator[str]:
         low, high = interval.low, interval.high
         if self.is_integer[interval.column] and " + " in name and not set("(·−") & set(name):
-            yield self._number_of(name.split(" + "), low, high)
+            things = name.split(" + ")
+            numbered = self._number_of(things, low, high) if self.highest[interval.column] <= len(things) else ""
+            yield numbered or f"{self._whole(low, high)} of these: {', '.join(map(_thing, things))}"
             return
         yield f"{name}:" if " " in name else name
         if not self.is_integer[interval.column]:
@@ -305,14 +310,18 @@ class _ColumnWords:
         yield self._whole(low, high)
 
     def _number_of(self, things: Sequence[str], low: float, high: float) -> str:
-        """How many of some things there are: ``at most 1 of Ground floor, Upper floor are Office``."""
-        choices = [thing.removeprefix("not ").rpartition(" → ") for thing in things]
-        values, are_denied = {value for _, _, value in choices}, {thing.startswith("not ") for thing in things}
-        if len(values) > 1 or len(are_denied) > 1 or not all(before for before, _, _ in choices):
-            return f"{self._whole(low, high)} of these: {', '.join(map(_thing, things))}"
+        """How many of equal choices there are: ``2 of Ground floor, Upper floor are Office``; empty for others."""
+        choices = [thing.removeprefix("not ") for thing in things]
+        if any(choice.count(" → ") != 1 or _NO_CHOICE.search(choice) for choice in choices):
+            return ""
+        places, values = zip(*(choice.split(" → ") for choice in choices), strict=True)
+        are_denied = {thing.startswith("not ") for thing in things}
+        if len(set(values)) > 1 or len(are_denied) > 1:
+            return ""
         if True in are_denied:  # as many are the value as are not denied
             low, high = len(things) - np.ceil(high) + 1.0, len(things) - np.ceil(low) + 1.0
-        return f"{self._whole(low, high)} of {', '.join(before for before, _, _ in choices)} are {values.pop()}"
+        num = self._whole(low, high)
+        return f"{num} of {', '.join(places)} {'is' if num in ('1', 'at most 1') else 'are'} {values[0]}"
 
     @staticmethod
     def _whole(low: float, high: float) -> str:

@@ -43,8 +43,12 @@ MAX_GLB_BYTES = 128 << 20
 """Largest size of a model for a window in bytes."""
 _QUALITY = 88
 """Quality of JPEGs, 1 to 95."""
+_MOST_REMARKS = 100
+"""Largest number of findings on the page beside a model."""
 _MOST_PRINTS = 20
-"""Largest number of lines of `print` on the page."""
+"""Largest number of texts of `print` on the page."""
+_LONGEST_PRINT = 200
+"""Characters of a printed text on the page."""
 
 
 def modeler(file: str, assets: str, library: str = "") -> Handler:
@@ -92,8 +96,9 @@ class _Bench:
             self.part_finder = PartFinder("", GrammarParts(forest, numbering))
             tree = tuple(part_tree(forest, numbering, self.file))
             passed_over = (*forest.warnings, *warnings_of(forest.missing_assets, folder))
-            remarks = (*_printed(forest.prints), *(_mistake_of(each, lines) for each in passed_over))
-            return MadeModel(glb, len(forest.nodes), controls, (*remarks, *self._remarks(rules)), tree)
+            remarks = (*self._remarks(rules), *(_mistake_of(each, lines) for each in passed_over))
+            mistakes = (*remarks[:_MOST_REMARKS], *_rest(len(remarks) - _MOST_REMARKS, "remarks", "check or sample"))
+            return MadeModel(glb, len(forest.nodes), controls, (*mistakes, *_printed(forest.prints)), tree)
         except LanguageError as error:
             mistakes = tuple(_mistake_of(each, error.text.splitlines() or lines) for each in error.findings)
             return MadeModel(controls=controls, mistakes=mistakes)
@@ -157,21 +162,33 @@ def _is_as_checked(checked: CheckedFile) -> bool:
 
 def _gathered(findings: Sequence[Finding]) -> Iterator[Finding]:
     """Findings of a file; of the rules that nothing leads to, many in a file of several start rules, only the first."""
-    unreachable = [finding for finding in findings if finding.code == "unreachable-rule"]
+    others = sum(finding.code == "unreachable-rule" for finding in findings) - 1
+    is_first = True
     for finding in findings:
-        if finding not in unreachable:
+        if finding.code != "unreachable-rule":
             yield finding
-        elif finding is unreachable[0]:
-            more = f", nor to {len(unreachable) - 1:,} others" if len(unreachable) > 1 else ""
+        elif is_first:
+            is_first = False
+            more = f", nor to {others:,} {'other' if others == 1 else 'others'}" if others else ""
             yield replace(finding, message=f"{finding.message}{more}")
 
 
 def _printed(texts: Sequence[str]) -> Iterator[Mistake]:
     """What the rules print."""
-    for text in texts[:_MOST_PRINTS]:
-        yield Mistake("note", f"printed: {text}")
-    if len(texts) > _MOST_PRINTS:
-        yield Mistake("note", f"… and {len(texts) - _MOST_PRINTS:,} more printed lines; grammarlab sample shows them")
+    shown = [Mistake("note", f"printed: {_cut(text)}") for text in texts[:_MOST_PRINTS]]
+    yield from shown
+    yield from _rest(len(texts) - len(shown), "printed lines", "sample")
+
+
+def _cut(text: str) -> str:
+    """The begin of a printed text, which may be a megabyte."""
+    return text if len(text) <= _LONGEST_PRINT else f"{text[:_LONGEST_PRINT]} … ({len(text):,} characters)"
+
+
+def _rest(num: int, what: str, commands: str) -> Iterator[Mistake]:
+    """A note on what the page leaves out."""
+    if num > 0:
+        yield Mistake("note", f"… and {num:,} more {what}; grammarlab {commands} shows them")
 
 
 def _in_file(mistake: Mistake, file: Path, shown: Path) -> Mistake:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from grammarlab.pages.watch.controls import Control
 
@@ -34,12 +34,15 @@ class DrawPicture:
     """Pixels along each side."""
 
 
+Severity = Literal["error", "warning", "note"]
+"""Kinds of what is said beside a model."""
+
+
 @dataclass(frozen=True, slots=True)
 class Mistake:
     """An error or a warning about the rule file, or what its rules print."""
 
-    severity: str
-    """``error``, ``warning`` or ``note``."""
+    severity: Severity
     message: str
     hint: str = ""
     line: int = 0

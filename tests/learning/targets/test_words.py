@@ -138,8 +138,8 @@ def test_sums_of_things_are_told_as_numbers_of_these():
 @pytest.mark.parametrize(
     ("name", "likes", "dislikes"),
     [
-        ("A → B + C → B + D → B", "2 or more of A, C, D are B", "at most 1 of A, C, D are B"),
-        ("not A → B + not C → B + not D → B", "at most 1 of A, C, D are B", "2 or more of A, C, D are B"),
+        ("A → B + C → B + D → B", "2 or more of A, C, D are B", "at most 1 of A, C, D is B"),
+        ("not A → B + not C → B + not D → B", "at most 1 of A, C, D is B", "2 or more of A, C, D are B"),
         (
             "not A → B + C → B + not D",
             "2 or more of these: A ≠ B, C = B, not D",
@@ -152,6 +152,23 @@ def test_numbers_of_equal_choices_are_told_without_denials(name, likes, dislikes
     table = table_of(np.column_stack([rows, rows.sum(axis=1)]), ["a", "b", "c", name])
     words = words_of(table, np.where(rows.sum(axis=1) >= 2, 100.0, 0.0), np.ones(600))
     assert words == Words((f"{likes} (100)",), (f"{dislikes} (0)",))
+
+
+@pytest.mark.parametrize(
+    "name", ["A → B + C → B", "A → B → D + C → B → D", "any A → B + any C → B", "A then C → B + D → B"]
+)
+def test_numbers_of_what_is_no_choice_are_numbers_of_these(name):
+    rows = coins(600, 2)
+    sums = rows.sum(axis=1) * (4 if name == "A → B + C → B" else 1)
+    likes, *_ = words_of(table_of(sums[:, None], [name]), np.where(sums > 0, 100.0, 0.0), np.ones(600)).likes
+    assert " or more of these: " in likes
+
+
+def test_one_of_equal_choices_is_the_value():
+    rows = coins(600, 2)
+    table = table_of(np.column_stack([rows, rows.sum(axis=1)]), ["ab", "bb", "A → B + C → B"])
+    words = words_of(table, np.where(rows.sum(axis=1) == 1, 100.0, 0.0), np.ones(600))
+    assert words.likes == ("1 of A, C is B (100)",)
 
 
 def test_where_all_the_denied_choices_are_wanted_none_is_the_value():

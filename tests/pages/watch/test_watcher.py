@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from contextlib import closing
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.language.checking.check import check_files
 from grammarlab.language.grammar import Grammar
+from grammarlab.pages import STATIC
 from grammarlab.pages.watch.controls import Control, controls_of
 from grammarlab.pages.watch.modeler import modeler
-from grammarlab.pages.watch.watch_tasks import DrawPicture, MadeModel, MakeModel, Wanted
+from grammarlab.pages.watch.watch_tasks import DrawPicture, MadeModel, MakeModel, Severity, Wanted
 from grammarlab.pages.watch.watcher import Watcher
 from grammarlab.pages.workers.tasks import FindPart
 from grammarlab.runs.sample.checks import SUPPORTED
@@ -76,10 +78,31 @@ def test_what_a_derivation_passes_over_or_prints_is_on_the_page_and_unused_rules
     notes = [mistake.message for mistake in mistakes if mistake.severity == "note"]
     assert notes[:2] == ["printed: 0", "printed: 1"]
     assert (len(notes), notes[-1]) == (21, "… and 2 more printed lines; grammarlab sample shows them")
-    passed_over, unreachable = (mistake for mistake in mistakes if mistake.severity == "warning")
+    unreachable, passed_over = (mistake for mistake in mistakes if mistake.severity == "warning")
     assert "the colour does not change" in passed_over.message
     assert unreachable.line == 3
     assert unreachable.message == "nothing leads from a start rule to the rule Other0, nor to 2 others"
+
+
+def test_the_page_gets_a_bounded_number_of_remarks_those_of_a_check_first_and_the_begin_of_what_is_printed(
+    tmp_path: Path,
+):
+    file = tmp_path / "lot.cga"
+    colors = " ".join(['color("#fff")'] * 120)
+    unused = "Other0 --> NIL\nOther1 --> NIL\n"
+    file.write_text(f'@StartRule\nLot --> print("{"x" * 5000}\\ny") {colors} extrude(3) Mass.\n{unused}')
+    *remarks, rest, printed = made(file, Wanted()).mistakes
+    assert remarks[0].message.endswith("the rule Other0, nor to 1 other")
+    assert [remark.severity for remark in remarks] == ["warning"] * 100
+    assert (rest.severity, rest.message) == ("note", "… and 21 more remarks; grammarlab check or sample shows them")
+    assert printed.message.startswith("printed: xxx")
+    assert len(printed.message) < 250
+    assert printed.message.endswith("… (5,002 characters)")
+
+
+def test_every_severity_has_a_style_on_the_page():
+    style = (STATIC / "watch/page.css").read_text()
+    assert all(f".wa-{severity}" in style for severity in get_args(Severity))
 
 
 def test_a_mistake_has_its_line_whatever_kind_it_is(tmp_path: Path):

@@ -1,4 +1,4 @@
-/* Built from shared, watch by pages_src/bundle.js; do not edit. Source 2b952d0fff5fec33 */
+/* Built from shared, watch by pages_src/bundle.js; do not edit. Source 8aa84e7313f5ab02 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -766,7 +766,8 @@ function build(root, channel, first) {
     role: "application",
     "aria-label": "Model in 3D: Shift with arrows turns, + and − zoom, up and down name the rules of its parts"
   });
-  const mistakes = element("div", { class: "wa-mistakes", role: "alert" });
+  const mistakes = element("div", { role: "alert" });
+  const printed = element("div");
   const rule = makeRule(channel, (triangles) => {
     view?.mark(triangles);
     if (triangles) tree.go(tree.rowAt(triangles[0]));
@@ -808,7 +809,7 @@ function build(root, channel, first) {
         "div",
         { class: "gl-left" },
         element("div", { class: "gl-room wa-room" }, canvas),
-        mistakes,
+        element("div", { class: "wa-mistakes" }, mistakes, printed),
         element("div", { class: "wa-rule" }, rule.element)
       ),
       element(
@@ -905,7 +906,9 @@ function build(root, channel, first) {
       const errors = state.mistakes.filter(({ severity }) => severity === "error").length;
       status.dataset.state = state.busy || errors ? "saving" : "saved";
       status.textContent = state.busy ? "making…" : errors ? `${errors} ${errors === 1 ? "error" : "errors"}` : `${state.shapes.toLocaleString()} shapes`;
-      mistakes.replaceChildren(...state.mistakes.map(mistakeLine));
+      const isNote = ({ severity }) => severity === "note";
+      mistakes.replaceChildren(...state.mistakes.filter((each) => !isNote(each)).map(mistakeLine));
+      printed.replaceChildren(...state.mistakes.filter(isNote).map(mistakeLine));
       for (const mark of mistakes.querySelectorAll("i")) showInLine(mark);
       root.classList.toggle("wa-stale", errors > 0);
       root.classList.toggle("wa-empty", !state.version && !state.busy);
