@@ -26,18 +26,7 @@ _MAX_ANCESTORS = 32
 
 def roles(elements: Elements) -> Iterator[Block]:
     """How often an alternative is chosen, under any of the symbols of its role."""
-    nodes, role = elements.nodes, elements.lines.roles
-    inside = np.flatnonzero(role.number[nodes.label] > 0)
-    most = int(role.number.max(initial=0)) + 1
-    code = role.kind * most + role.number
-    counts = nodes.count(nodes.model[inside], code[nodes.label[inside]], most * (int(role.kind.max(initial=0)) + 1))
-    sums: dict[int, Pattern | Formula] = {}
-    for kind, number in product(role.shared, range(1, most)):
-        labels = np.flatnonzero(code == kind * most + number).tolist()
-        total = summed([nodes.pattern(label) for label in labels])
-        if len(labels) > 1 and total is not None:
-            sums[kind * most + number] = total
-    return as_block(Quantities(tuple(sums.values()), counts[:, list(sums)]))
+    return as_block(_of_roles(elements)[0])
 
 
 def sections(elements: Elements) -> Iterator[Block]:
@@ -85,13 +74,17 @@ def shares(elements: Elements) -> Iterator[Block]:
 
 
 def kinds(elements: Elements) -> Iterator[Block]:
-    """How many alternatives of a choice occur, and how many of its results are not the most frequent one."""
+    """How many alternatives of a choice or of a role occur, and how many results are not the most frequent one."""
     counts, totals, indices = _alternatives(elements)
     for total in np.unique(indices[:, 1]).tolist():
         members = indices[indices[:, 1] == total, 0]
         yield from blocks(lambda do, *parts: do("count", *parts), [counts] * len(members), members[None])
         recipe: Recipe = lambda do, whole, *parts: do("-", whole, do("max", *parts))  # noqa: E731
         yield from blocks(recipe, [totals, *[counts] * len(members)], np.array([[total, *members]]))
+    sums, kind = _of_roles(elements)
+    for members in (np.flatnonzero(kind == one) for one in np.unique(kind)):
+        yield from blocks(lambda do, *parts: do("count", *parts), [sums] * len(members), members[None])
+        yield from blocks(_not_most, [sums] * len(members), members[None])
 
 
 def conditional(elements: Elements) -> Iterator[Block]:
@@ -101,6 +94,31 @@ def conditional(elements: Elements) -> Iterator[Block]:
     for others in (elements.draws, elements.numerals):
         yield from blocks(recipe, [flags, others], nearest_pairs(len(flags), len(others), _MOST_PRODUCTS))
     yield from blocks(recipe, [flags, flags], nearest_pairs(len(flags), most=_MOST_PRODUCTS))
+
+
+def _of_roles(elements: Elements) -> tuple[Quantities, Ints]:
+    """Counts of K alternatives under all symbols of their roles, and [K] the roles."""
+    nodes, role = elements.nodes, elements.lines.roles
+    inside = np.flatnonzero(role.number[nodes.label] > 0)
+    most = int(role.number.max(initial=0)) + 1
+    code = role.kind * most + role.number
+    counts = nodes.count(nodes.model[inside], code[nodes.label[inside]], most * (int(role.kind.max(initial=0)) + 1))
+    sums: dict[int, Pattern | Formula] = {}
+    for kind, number in product(role.shared, range(1, most)):
+        labels = np.flatnonzero(code == kind * most + number).tolist()
+        total = summed([nodes.pattern(label) for label in labels])
+        if total is not None:
+            sums[kind * most + number] = total
+    codes = np.array(list(sums), dtype=np.int64)
+    return Quantities(tuple(sums.values()), counts[:, codes]), codes // most
+
+
+def _not_most(do: Any, *parts: Any) -> Any:
+    """All parts but the largest."""
+    total = parts[0]
+    for part in parts[1:]:
+        total = do("+", total, part)
+    return do("-", total, do("max", *parts))
 
 
 def _contexts(elements: Elements, first: Ints, second: Ints, chosen: Flags, *, deep: bool) -> Quantities:

@@ -2,7 +2,8 @@
 
 Two symbols have one role if at least two of their alternatives have the same name without the symbol's own words and
 those that all of its alternatives have: OfficeFlat and OfficeGable of OfficeRoof are HouseFlat and HouseGable of
-HouseRoof. Symbols without such a partner are comparable if they have the same branches, alternative by alternative.
+HouseRoof. A word of the symbol that is all that one of its alternatives has is kept: RoofOffice and RoofHouse of
+RoofOfOffice. Symbols without such a partner are comparable if they have the same branches, alternative by alternative.
 """
 
 from __future__ import annotations
@@ -78,7 +79,8 @@ def _names(nodes: LabelledNodes, symbol: str, labels: Sequence[int]) -> list[str
     listed = [[name] if _is_bare(name) else words_of(name) for name in names]
     named = [words for words, name in zip(listed, names, strict=True) if not _is_bare(name)]
     common = set(named[0]).intersection(*named) if len(named) > 1 else set[str]()
-    for others in (common.union(words_of(symbol)), set(words_of(symbol))):
+    own = set(words_of(symbol))
+    for others in (common | own, own, common):
         shortened = [" ".join(word for word in words if word not in others) for words in listed]
         if all(shortened) and len(set(shortened)) == len(labels):
             return [

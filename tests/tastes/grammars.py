@@ -38,6 +38,15 @@ GRAMMARS = {
         OfficeRoof --> 50% : OfficeFlat else : OfficeGable
         HouseRoof --> 50% : HouseGable 25% : HouseFlat else : HouseHip
     """,
+    "styles": """
+        Lot --> 50% : WallsOffice else : WallsHouse
+        WallsOffice --> FloorOnOffice RoofOnOffice
+        WallsHouse --> FloorOnHouse RoofOnHouse
+        FloorOnOffice --> 50% : FloorOffice else : FloorHouse
+        FloorOnHouse --> 50% : FloorOffice else : FloorHouse
+        RoofOnOffice --> 50% : RoofOffice else : RoofHouse
+        RoofOnHouse --> 50% : RoofOffice else : RoofHouse
+    """,
     "blocks": """
         attr lowHeight = rand(3, 5)
         attr middleHeight = rand(2, 4)

@@ -54,6 +54,12 @@ def roofs(tree: Node) -> list[str]:
     return [roof.choice for roof in tree.all("Roof")]
 
 
+def styles(tree: Node) -> list[str]:
+    """Of the walls, the floor and the roof."""
+    parts = ("Walls", "Floor", "Roof")
+    return [style for part in parts for style in ("Office", "House") if tree.all(part + style)]
+
+
 def both_sides(tree: Node) -> list[bool]:
     """Of sections with two sides, whether they are alike."""
     sides = [section.children for section in tree.all("Section") if len(section.children) == 2]
@@ -98,6 +104,7 @@ TASTES: dict[str, tuple[str, Callable[[Node], float]]] = {
     "kinds of parts": ("recursive", lambda tree: len(set(parts(tree)))),
     "floors of glass in any building": ("roles", lambda tree: len([*tree.all("OfficeGlass"), *tree.all("HouseGlass")])),
     "a flat roof": ("roles", lambda tree: len([*tree.all("OfficeFlat"), *tree.all("HouseFlat")])),
+    "styles of floors and roofs": ("styles", lambda tree: len(set(styles(tree)))),
     "both floors of a house alike": (
         "roles",
         lambda tree: len(tree.all("HouseFloor")) == 2 and len({floor.choice for floor in tree.all("HouseFloor")}) == 1,
