@@ -311,8 +311,9 @@ class TreeGrowth:
 
     def _screened(self, labels: Ints) -> Ints:
         """[C] columns, those that may explain most of the scores of some labels first."""
-        worth = gains(self.columns.coarse, labels, self.evidence.scores) - self.columns.prices
-        return np.argsort(-worth, kind="stable")
+        possible = self.evidence.best_possible(labels) - self.evidence.of_labels(labels)
+        worth = np.minimum(gains(self.columns.coarse, labels, self.evidence.scores), possible)
+        return np.argsort(self.columns.prices - worth, kind="stable")
 
     def _cut(self, columns: Ints, labels: Ints) -> _Ranked:
         """The best cut of a node by each of some columns [K]."""

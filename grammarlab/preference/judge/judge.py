@@ -16,6 +16,7 @@ from grammarlab.preference.growth.screening import coarse_bins, gains
 from grammarlab.preference.growth.tree_growth import Tree
 from grammarlab.preference.judge.best_tree import best_tree
 from grammarlab.preference.judge.labelled_columns import Explanation, Labels
+from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.votes import Vote, votes
 from grammarlab.preference.judge.weighted_sums import WeightedSum, weighted_sums
 from grammarlab.preference.lines.line_preference import best_line
@@ -71,7 +72,7 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     labels = Labels.of(known, np.full(width, _USE_PRICE + np.log(max(width, 1))), scores)
     base = best_tree(labels, START_PERSONS)
     best_known = _better(base.explanation, _best_line(labels))
-    shortlist = _shortlist(composed, prices, base.tree, scores)
+    shortlist = _shortlist(composed, prices, base.tree, labels.evidence.for_person(base.explanation.person))
     joined, sums = votes(flags, scores), list(weighted_sums(measures, scores))
     columns = [vote.values(flags) for vote in joined] + [some.values(measures) for some in sums]
     further = np.concatenate([composed[:, shortlist], *(column[:, None] for column in columns)], axis=1)
@@ -106,11 +107,11 @@ def _best_line(labels: Labels) -> Explanation:
     return Explanation(line.total, frozenset(line.columns), line.person)
 
 
-def _shortlist(composed: Floats, prices: Floats, tree: Tree, scores: Floats) -> Ints:
+def _shortlist(composed: Floats, prices: Floats, tree: Tree, evidence: LeafEvidence) -> Ints:
     """The composed columns that may explain most: of all scores, or of a leaf of known columns."""
     coarse = coarse_bins(composed)
-    worth = gains(coarse, np.arange(len(scores)), scores)
-    for cell in tree.cells():
-        if len(cell) >= _MIN_LEAF:
-            worth = np.maximum(worth, gains(coarse, cell, scores))
+    worth = np.zeros(composed.shape[1])
+    for part in (tree.labels, *(cell for cell in tree.cells() if len(cell) >= _MIN_LEAF)):
+        possible = evidence.best_possible(part) - evidence.of_labels(part)
+        worth = np.maximum(worth, np.minimum(gains(coarse, part, evidence.scores), possible))
     return np.sort(np.argsort(prices - worth, kind="stable")[:_NUM_COMPOSED])
