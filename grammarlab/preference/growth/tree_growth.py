@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.preference.base import FEW, HOPELESS
 from grammarlab.preference.growth.cuts import Cuts, all_cuts, best_cuts, price_of_bounds
 from grammarlab.preference.growth.node_bins import node_bins
@@ -310,10 +310,17 @@ class TreeGrowth:
         return ranked if np.isfinite(ranked.log_posterior).any() else None
 
     def _screened(self, labels: Ints) -> Ints:
-        """[C] columns, those that may explain most of the scores of some labels first."""
+        """[C] columns, those that may explain most of the scores of some labels first.
+
+        By turns those that explain most beyond their price, and most for each nat of it: two cheap columns together may
+        explain what a dear one does.
+        """
         possible = self.evidence.best_possible(labels) - self.evidence.of_labels(labels)
         worth = np.minimum(gains(self.columns.coarse, labels, self.evidence.scores), possible)
-        return np.argsort(self.columns.prices - worth, kind="stable")
+        prices = np.maximum(self.columns.prices, ROUNDING)
+        orders = [np.argsort(-rank, kind="stable") for rank in (worth - prices, worth / prices)]
+        by_turns = np.stack(orders, axis=1).reshape(-1)
+        return by_turns[np.sort(np.unique(by_turns, return_index=True)[1])]
 
     def _cut(self, columns: Ints, labels: Ints) -> _Ranked:
         """The best cut of a node by each of some columns [K]."""

@@ -112,6 +112,19 @@ def test_a_column_costs_its_price():
     assert judged(known, composed, np.full(COMPOSED, 1e3), known[:, :0], known[:, :0], scores).accepted == ()
 
 
+def test_dear_columns_that_explain_everything_do_not_hide_two_cheap_ones():
+    randomness = np.random.default_rng(3)
+    cheap = randomness.integers(0, 5, (256, 2)).astype(float)
+    liked = (cheap == 4.0).all(axis=1)
+    # Flags that are right but for one design, each for another.
+    dear = np.repeat(liked[:, None], 40, axis=1).astype(float)
+    dear[np.flatnonzero(~liked)[:40], np.arange(40)] = 1.0
+    composed, prices = np.column_stack([dear, cheap]), np.append(np.full(40, 20.0), np.full(2, 6.0))
+    none = np.zeros((256, 0))
+    verdict = judged(randomness.random((256, 4)), composed, prices, none, none, 100.0 * liked)
+    assert verdict.accepted == (40, 41)
+
+
 def test_the_order_of_labels_does_not_matter():
     known, composed = columns(64, seed=10)
     scores = noisy(90.0 * composed[:, 10], 10.0, seed=10)
