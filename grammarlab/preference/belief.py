@@ -114,11 +114,15 @@ def process_gain(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flag
         prediction = process.predict(rows)
         deviations = np.sqrt(np.maximum(prediction.std**2 - process.noise_variance, 0.0))
         values = mean_value(prediction.mean, deviations, flat.person.noise)
-        means[out], sds[out], ratios[out] = prediction.mean[out], deviations[out], values[out] / values.mean()
+        means[out], sds[out] = prediction.mean[out], deviations[out]
+        # Where nothing is liked, no design is liked more than another.
+        ratios[out] = values[out] / values.mean() if values.any() else 1.0
         informed[out] = np.clip(1.0 - sds[out] ** 2 / process.prior_variance, 0.0, 1.0)
     by_misses = gain_by_misses(flat, scores, fold, means, sds, informed)
     by_shares = gain_by_shares(flat, scores, fold, ratios)
-    return float(np.logaddexp(by_misses, by_shares + np.log(_MIN_ODDS * (1.0 - SURE) / SURE)))
+    # Two ways to be right, the second with the prior odds of what is taken for certain against it.
+    log_odds = float(np.log(_MIN_ODDS * (1.0 - SURE) / SURE))
+    return float(np.logaddexp(by_misses, by_shares + log_odds) - np.logaddexp(0.0, log_odds))
 
 
 def gain_by_misses(

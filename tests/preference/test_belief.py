@@ -111,3 +111,12 @@ def test_a_process_gains_by_a_pattern_and_not_without_one(seed):
     assert process_gain(rows, scores, **options) > 10.0
     assert process_gain(rows, randomness.permutation(scores), **options) < 2.0
     assert process_gain(np.ones((5, 8)), scores[:5], **options) == 0.0
+
+
+@pytest.mark.parametrize("scores", [[100.0, 0.0], [0.0, 0.0, 100.0], [0.0, 100.0, 0.0, 0.0], [0.0, 0.1, 0.0, 0.0, 0.0]])
+def test_a_process_gains_little_by_few_scores(scores):
+    rows = np.eye(len(scores))[:, :2]
+    gain = process_gain(
+        rows, np.array(scores), groups=np.zeros(2, dtype=int), continuous=np.zeros(2, dtype=bool), seed=0
+    )
+    assert -5.0 < gain < 2.0

@@ -50,7 +50,7 @@ class Case:
 def test_19_of_20_learned_densities_are_at_most_a_twentieth_farther_than_the_grammar():
     ratios = np.array([Case.of(seed).ratio() for seed in some(range(25))])
     assert np.count_nonzero(ratios > 1.05) <= max(0.05 * len(ratios), 1.0), ratios.round(2)
-    assert np.count_nonzero(ratios < 0.5) >= len(ratios) / 4.0
+    assert np.count_nonzero(ratios < 0.5) >= len(ratios) // 4
 
 
 @pytest.mark.parametrize("num", some([12, 40]))
