@@ -43,18 +43,19 @@ Library = Annotated[
 """Options for what a rule file leaves open."""
 
 
-def _refuse_footprint(value: str) -> str:
-    if value:
+def _refuse_footprint(value: str | None) -> str | None:
+    if value is not None:
         raise typer.BadParameter(
-            "scores are about models on a lot of 20 x 20 m, and a lot is not part of a rule file; let the start rule "
-            "begin with its size, as in Lot --> s(12, 0, 8) center(xz) extrude(9) Mass. "
-            "grammarlab sample makes models of the learned file on any lots."
+            "scores are about models where they stand by default: buildings on a lot of 20 x 20 m, trees on a point. "
+            "For another lot let the start rule begin with its size, as in "
+            "Lot --> s(12, 0, 8) center(xz) extrude(9) Mass. "
+            "grammarlab sample makes buildings, also of learned rules, on any lots."
         )
     return value
 
 
 NoFootprint = Annotated[
-    str,
+    str | None,
     typer.Option("--footprint", hidden=True, callback=_refuse_footprint, help="Refused with what to do instead."),
 ]
 """An option of `sample` that others are asked for."""

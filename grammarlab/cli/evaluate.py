@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from grammarlab.cli.console import Scheduler, Unfinished, friendly_errors, print_json, say
+from grammarlab.cli.console import NoFootprint, Scheduler, Unfinished, friendly_errors, print_json, say
 
 if TYPE_CHECKING:
     from grammarlab.runs.evaluate.plots import ScenarioResults
@@ -89,6 +89,7 @@ def evaluate(
         ),
     ] = None,
     workers: Annotated[int, typer.Option("--workers", help="Number of processes; 0 for one per core.", min=0)] = 0,
+    _footprint: NoFootprint = None,
     scheduler: Scheduler = "",
     resume: Annotated[
         bool, typer.Option("--resume/--fresh", help="Keep the curves in the folder, or start again.")

@@ -121,7 +121,7 @@ def learn(
     attributes: Attributes = None,
     style: StyleName = "",
     library: Library = None,
-    _footprint: NoFootprint = "",
+    _footprint: NoFootprint = None,
     scheduler: Scheduler = "",
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object about the result.")] = False,
 ) -> None:

@@ -36,7 +36,7 @@ def score(
     attributes: Attributes = None,
     style: StyleName = "",
     library: Library = None,
-    _footprint: NoFootprint = "",
+    _footprint: NoFootprint = None,
     stored_grammar: Annotated[
         bool, typer.Option("--stored-grammar", help="Use the text that the session was started with.")
     ] = False,

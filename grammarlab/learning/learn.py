@@ -20,7 +20,7 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.interview import interview
-from grammarlab.learning.progress_line import ProgressOption, shown_progress
+from grammarlab.learning.progress_line import WRITING, ProgressOption, shown_progress
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.targets.file_head import origin_line
@@ -172,7 +172,7 @@ def learn(
             )
         name = grammar.file if isinstance(grammar, Grammar) else grammar.name
         lines = [origin_line(name, space.hashes[0]), f"Function: {state.num_answers} scores"]
-        on_progress("writing the file", 0, 0)
+        on_progress(WRITING, 0, 0)
         return writer.learn(study, state, Making(base=base, max_rules=max_rules), lines, on_progress)
 
 

@@ -16,6 +16,11 @@ ProgressOption: TypeAlias = Progress | Literal["auto"] | None
 """A function from the name of a stage, the number of its parts that are done, and the number of all, 0 if unknown; or
 ``auto``, a line on a terminal or in a notebook; or None for nothing."""
 
+WRITING = "writing the file"
+"""Last stage of learning: a learned grammar is made and written."""
+LAST_REPORT = WRITING, 1, 1
+"""Last report where scores become a file: then the file is written, whoever cancels it."""
+
 _INTERVAL = 0.1
 """Seconds between two drawings of the line."""
 _CELLS = 24

@@ -51,9 +51,9 @@ def test_wrong_usage_exits_with_2(run, arguments):
     assert "Usage:" in run(*arguments, code=2).stderr
 
 
-@pytest.mark.parametrize("command", ["score", "learn"])
-def test_who_asks_for_a_footprint_where_there_is_none_learns_what_to_do(run, command):
-    result = run(command, "toy", "--footprint", "20x12", code=2)
+@pytest.mark.parametrize(("command", "value"), [("score", "20x12"), ("learn", ""), ("evaluate", "20x12")])
+def test_who_asks_for_a_footprint_where_there_is_none_learns_what_to_do(run, command, value):
+    result = run(command, "toy", f"--footprint={value}", code=2)
     assert "Lot --> s(12, 0, 8)" in " ".join(result.stderr.split())
     assert "--footprint" not in run(command, "--help").stdout
 

@@ -17,10 +17,11 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.learn import learn
+from grammarlab.learning.progress_line import LAST_REPORT
 from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.workers.learner import learner
 from grammarlab.pages.workers.maker import maker
-from grammarlab.pages.workers.tasks import LAST_REPORT, LearnGrammar, Update
+from grammarlab.pages.workers.tasks import LearnGrammar, Update
 from grammarlab.preference.label_files import save_labels
 from grammarlab.preference.labels import OVERALL, Labels
 from tests.cases import some

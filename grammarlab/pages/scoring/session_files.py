@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.learning.progress_line import LAST_REPORT
 from grammarlab.pages.scoring.display import SessionDisplay
 from grammarlab.pages.windows import Answer, Message, Refuse
 from grammarlab.pages.workers.tasks import (
-    LAST_REPORT,
     DrawSheet,
     LabelledFactors,
     LearnedFile,
@@ -92,6 +92,8 @@ class SessionFiles:
         def report(stage: str, done: int, total: int) -> None:
             if (stage, done, total) == LAST_REPORT:
                 self._tickets.discard(ticket)
+            else:  # another process may do the task again, if the first one has ended unasked
+                self._tickets.add(ticket)
             self._announce(name, stage, done, total)
 
         ticket = self._makers.submit(task, end, on_progress=report)
@@ -100,8 +102,9 @@ class SessionFiles:
     def cancel(self) -> None:
         """Cancel the grammars and sheets that are being made.
 
-        An earlier file stays as it is: the process notices a cancellation at its next report, and reports before it
-        writes the file. Once it has said so, the file is made and the window gets it.
+        An earlier file stays as it is, as a rule: the process notices a cancellation at its next report, and reports
+        before it writes the file. Once this report is heard, the file is made and the window gets it; a cancellation in
+        the moment between the report and its arrival may leave the new file.
         """
         for ticket in tuple(self._tickets):
             self._makers.cancel(ticket)

@@ -255,10 +255,6 @@ class LabelledFactors:
     """Notes on how the file was read; see `Labels.notes`."""
 
 
-LAST_REPORT = "writing the file", 1, 1
-"""Last report of a `LearnGrammar` task: then it writes its file, whoever cancels it."""
-
-
 @dataclass(frozen=True, slots=True)
 class LearnGrammar:
     """Task: learn a grammar from scores, beside the session file: `LearnedFile`."""

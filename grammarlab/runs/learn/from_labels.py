@@ -15,6 +15,7 @@ from grammarlab.learning.answers import answers_of
 from grammarlab.learning.designs.addresses import renamed
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.pool import Pool
+from grammarlab.learning.progress_line import LAST_REPORT, WRITING
 from grammarlab.learning.round import Study, init, step
 from grammarlab.learning.settings import Settings
 from grammarlab.learning.stopping import expected_gain
@@ -140,12 +141,12 @@ def learn_from_labels(
     lines = [origin_line(source.file, space.hashes[0]), f"Labels {labels_from}: {len(labels)} scores"]
     with one_thread():
         state = step(study, init(study), answers, on_progress)
-        on_progress("writing the file", 0, 0)
+        on_progress(WRITING, 0, 0)
         density = writer.learn(study, state, making, lines, on_progress)
         gain = expected_gain(study, state)
     seconds = perf_counter() - begun
     learned = density.learned
-    on_progress("writing the file", 1, 1)
+    on_progress(*LAST_REPORT)
     if learned.text:
         write_learned(file, learned.text, space, source.assets)
     return LabelsResult(

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from grammarlab.learning.designs.addresses import Address
+from grammarlab.learning.progress_line import LAST_REPORT
 from grammarlab.pages.record.model_grids import PAIRS
 from grammarlab.pages.record.store import About, Store
 from grammarlab.pages.scoring.display import SessionDisplay
@@ -21,7 +22,6 @@ from grammarlab.pages.scoring.session_files import SessionFiles
 from grammarlab.pages.scoring.state import state_of
 from grammarlab.pages.windows import Answer, Message
 from grammarlab.pages.workers.tasks import (
-    LAST_REPORT,
     Choose,
     DrawSheet,
     Features,
@@ -252,6 +252,16 @@ def test_a_grammar_whose_file_is_being_written_is_cancelled_no_more(tmp_path: Pa
     makers.end(LearnGrammar, LearnedFile("a-learned.cga", "", 0.0, 1, 1, ()))
     assert [each["file"] for each in answers] == ["a-learned.cga"]
     assert len(refused) == 1
+
+
+def test_a_grammar_that_another_process_makes_again_can_be_cancelled_again(tmp_path: Path):
+    makers, refused = _Held(), []
+    files, _, answer = _files(makers, tmp_path / "a.db")
+    files.learn_grammar(answer, refused.append)
+    makers.report(LearnGrammar, *LAST_REPORT)
+    makers.report(LearnGrammar, "learning from the scores", 0, 1)
+    files.cancel()
+    assert (makers.requests, refused) == ([], ["cancelled."])
 
 
 def test_a_grammar_and_a_sheet_that_are_made_at_once_are_both_cancelled(tmp_path: Path):
