@@ -428,14 +428,14 @@ def _reinitialised(
     """Shapes [N] with the attributes of an imported file as a call of one of its rules redefines them.
 
     All attributes of the file have their values before any rule again, except for those redefined at the call and those
-    computed from them, which are evaluated once more on the initial shape. Their random parts are those of the model,
-    whose draws are recorded already.
+    computed from them, which are evaluated once more on the initial shape. Their random parts are those of the model; only
+    the draws that no evaluation made before are recorded.
     """
     prefix = f"{item.name.rpartition('.')[0]}."
     roots = workspace.roots.take(shapes.model)
     first = {name: value for name, value in roots.state.items() if name.startswith(prefix)}
     state = {**shapes.state, **first, **values}
-    with workspace.recorder.without_draws():
+    with workspace.recorder.without_repeats():
         for name in renewed:
             initial = roots._replace(state={**roots.state, **state})
             state[name] = workspace.attributes[name].code(initial, workspace)

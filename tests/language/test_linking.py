@@ -1,5 +1,6 @@
 """A file with imports and the text without them that it is linked to say the same."""
 
+import numpy as np
 import pytest
 
 from grammarlab.derivation import derive
@@ -186,3 +187,14 @@ def test_random_parts_of_attributes_that_a_call_evaluates_again_are_those_of_the
     first, second, third = heights(text)
     assert first == third == pytest.approx(second - 3)
     assert len(derive(Grammar.parse(text), 1, seed=0).draws.value) == 1
+
+
+def test_a_call_records_the_draws_of_a_branch_that_was_not_taken_before_and_each_once(tmp_path):
+    library = "attr a = 2\nattr w = case a > 3 : rand(0, 10) else : 1\nW --> s(1, w, 1) WW."
+    main = 'import b : "lib.cga"\nLot --> b.W [ b(a = 5).W ] b(a = 6).W'
+    forest = derive(Grammar.parse(link(tmp_path, main=main, lib=library)), 3, seed=0)
+    plain, *drawn = forest.leaves.size[:, 1].reshape(3, 3)
+    assert plain.tolist() == [1.0] * 3
+    assert all(np.array_equal(heights, forest.draws.value) for heights in drawn)
+    assert forest.draws.node.tolist() == [0, 1, 2]
+    assert np.allclose(forest.draws.log_density, -np.log(10.0))

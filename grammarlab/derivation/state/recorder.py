@@ -58,6 +58,9 @@ class Recorder:
         self._leaves: list[Shapes] = []
         self._fruitful: list[Ids] | None = None
         self._draws: list[tuple[Ids, int, Floats, float | Floats]] = []
+        self._drawn_roots: dict[int, NDArray[np.bool_]] = {}
+        """Whether each root has a draw at a site, after the first chunks of draws."""
+        self._num_noted = 0
         self._reports: list[tuple[Ids, str, Floats]] = []
         self._missing_assets: set[MissingAsset] = set()
         self._warnings: dict[Finding, None] = {}
@@ -135,13 +138,30 @@ class Recorder:
         self._draws.append((shapes.node, site, values, log_density))
 
     @contextmanager
-    def without_draws(self) -> Iterator[None]:
-        """Forgets the draws of a block, which evaluates again what is evaluated and recorded already."""
+    def without_repeats(self) -> Iterator[None]:
+        """Keeps only the first draw of each root at each site, of those in a block that evaluates attributes again."""
         count = len(self._draws)
         try:
             yield
         finally:
+            made = self._draws[count:]
             del self._draws[count:]
+            for nodes, site, values, density in made:
+                fresh = self._not_drawn(nodes, site)
+                if len(fresh):
+                    of_fresh = density[fresh] if isinstance(density, np.ndarray) else density
+                    self._draws.append((nodes[fresh], site, values[fresh], of_fresh))
+
+    def _not_drawn(self, nodes: Ids, site: int) -> NDArray[np.int64]:
+        """Places [K] of the different ones of roots [N] that have no draw at a site."""
+        num_roots = len(self._roots)
+        for earlier, of_site, *_ in self._draws[self._num_noted :]:
+            drawn = self._drawn_roots.setdefault(of_site, np.zeros(num_roots, dtype=bool))
+            drawn[earlier[earlier < num_roots]] = True
+        self._num_noted = len(self._draws)
+        different, first = np.unique(nodes, return_index=True)
+        drawn = self._drawn_roots.get(site)
+        return first if drawn is None else first[~drawn[different]]
 
     def add_report(self, nodes: Ids, key: str, values: Floats) -> None:
         """Record one reported number [N] for a shape of each node [N]."""
