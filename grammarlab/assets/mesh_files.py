@@ -9,11 +9,11 @@ from __future__ import annotations
 import io
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ from grammarlab.errors import AssetError, MissingAssetError, UnreadableAssetErro
 from grammarlab.files import read_bounded
 from grammarlab.geometry.meshes.mesh import Meshes
 
+_Loaded = TypeVar("_Loaded")
+
 PART_FORMATS = (".obj", ".ply", ".glb", ".gltf", ".off", ".stl")
 _ASSET_FORMATS = (".obj", ".glb", ".gltf")
 MAX_BYTES = 64 * 2**20
@@ -34,6 +36,8 @@ MAX_FACES = 2_000_000
 """Largest number of triangles of one asset."""
 _MOST_PARSED = 32 * 2**20
 """Largest number of bytes of parsed assets that are kept for the next derivation."""
+_MOST_MATERIAL_BYTES = 2**20
+"""Largest size in bytes of a file that rules read a material from; CityEngine's have a few hundred."""
 _SETTLED = 100_000_000
 """Nanoseconds after which a further change of a file gives it another time, on every usual disk."""
 
@@ -125,18 +129,33 @@ class AssetFolder:
     def __init__(self, root: AssetRoot) -> None:
         self.root = root
         self._loaded: dict[str, Asset | UnreadableAssetError] = {}
+        self._materials: dict[str, PartMaterial | UnreadableAssetError | None] = {}
 
     def load(self, path: str) -> Asset:
         """The mesh in a file; see `load_asset`."""
-        if path not in self._loaded:
-            try:
-                self._loaded[path] = load_asset(path, self.root)
-            except UnreadableAssetError as error:
-                self._loaded[path] = error
-        asset = self._loaded[path]
-        if isinstance(asset, UnreadableAssetError):
-            raise asset
-        return asset
+        return _once(self._loaded, load_asset, path, self.root)
+
+    def load_material(self, path: str) -> PartMaterial | None:
+        """The first material in a file; see `load_material`."""
+        return _once(self._materials, load_material, path, self.root)
+
+
+def _once(
+    known: dict[str, _Loaded | UnreadableAssetError],
+    load: Callable[[str, AssetRoot], _Loaded],
+    path: str,
+    root: AssetRoot,
+) -> _Loaded:
+    """What a file has, or why it cannot be read, from the first time it was asked for."""
+    if path not in known:
+        try:
+            known[path] = load(path, root)
+        except UnreadableAssetError as error:
+            known[path] = error
+    value = known[path]
+    if isinstance(value, UnreadableAssetError):
+        raise value
+    return value
 
 
 class NeighbourFiles:
@@ -216,14 +235,17 @@ def load_material(path: str, root: AssetRoot) -> PartMaterial | None:
         UnreadableAssetError: If it is too large, or of another format.
         AssetError: If it lies outside.
     """
-    from grammarlab.assets.mtl_reader import read_mtl  # noqa: PLC0415  # few rules read materials
+    from grammarlab.assets.mtl_reader import first_material  # noqa: PLC0415  # few rules read materials
 
     if Path(path).suffix.lower() != ".mtl":
         raise UnreadableAssetError(f'the material "{path}" is not readable; expected .mtl')
     file = find_asset(path, root)
+    size = file.stat().st_size
+    if size > _MOST_MATERIAL_BYTES:
+        message = f'the material "{path}" has {size} bytes, more than the {_MOST_MATERIAL_BYTES} that are read'
+        raise UnreadableAssetError(message)
     folder, name = place_of(file, root)
-    materials = (material for material in read_mtl(_content(file, path, MAX_BYTES)).values() if material is not None)
-    first = next(materials, None)
+    first = first_material(_content(file, path, _MOST_MATERIAL_BYTES))
     return first and _placed(first, Path(name), folder)
 
 

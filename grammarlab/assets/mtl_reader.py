@@ -32,6 +32,17 @@ def read_mtl(content: bytes) -> dict[bytes, PartMaterial | None]:
     >>> read_mtl(b"newmtl a\nKd 1 0 0\nmap_Kd -s 2 2 my bricks.jpg")[b"a"].texture
     'my bricks.jpg'
     """
+    return {name: _material(of_name) for name, of_name in _statements(content).items()}
+
+
+def first_material(content: bytes) -> PartMaterial | None:
+    """The first material with a colour or an image; None if there is none. Those after it are not read."""
+    materials = map(_material, _statements(content).values())
+    return next((material for material in materials if material is not None), None)
+
+
+def _statements(content: bytes) -> dict[bytes, dict[bytes, list[bytes]]]:
+    """Words of each statement of each material, by their names."""
     statements: dict[bytes, dict[bytes, list[bytes]]] = {}
     material: dict[bytes, list[bytes]] = {}
     for line in content.replace(b"\r", b"\n").split(b"\n"):
@@ -42,7 +53,7 @@ def read_mtl(content: bytes) -> dict[bytes, PartMaterial | None]:
             material = statements.setdefault(b" ".join(words[1:]), {})
         else:
             material[words[0].lower()] = words[1:]
-    return {name: _material(of_name) for name, of_name in statements.items()}
+    return statements
 
 
 def _material(statements: dict[bytes, list[bytes]]) -> PartMaterial | None:

@@ -147,7 +147,7 @@ class _Compilation:
         self._has_trim_planes = _has_trim_planes(self._rule_nodes, self._invoked)
         calls = {key: self._invoked[key] & self._rules.keys() for key in self._rules}
         liveness = Liveness.of(grammar, calls, self._acts, self._has_trim_planes)
-        self._successors = Successors(symbols, self._rules, self._draws, liveness, self._renewed)
+        self._successors = Successors(symbols, self._rules, self._draws, liveness, self._renewed, grammar.attributes)
         self._branches = enumerate(self._numbering.branches)
 
     def program(self) -> Program:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import count
@@ -13,7 +13,13 @@ import numpy as np
 from grammarlab.derivation.calls.arguments import NO_ARGUMENT, Constant, Late, all_values, argument, head, word
 from grammarlab.derivation.calls.branches import Branching, Leaf, route
 from grammarlab.derivation.calls.calls import Argument, BlockOperation, BoundCall, BoundPart, Head, Operation
-from grammarlab.derivation.calls.inlining import combined_shapes, derived_at_once, merged, row_name
+from grammarlab.derivation.calls.inlining import (
+    combined_shapes,
+    derived_at_once,
+    merged,
+    row_name,
+    with_attributes,
+)
 from grammarlab.derivation.calls.modifying import UNTOUCHED, RowNames, recomposed
 from grammarlab.derivation.expressions import VOCABULARY, ExpressionCompiler
 from grammarlab.derivation.liveness import INDEX, SHOWN, Liveness
@@ -89,6 +95,8 @@ class Successors:
     liveness: Liveness
     renewed: Callable[[Invoke], tuple[str, ...]]
     """Attributes that a call with new values of attributes evaluates again, in the order of their evaluation."""
+    attributes: Container[str]
+    """Names of the attributes and constants."""
 
 
 def run_branches(body: Branching[Operations], shapes: Shapes, workspace: Workspace) -> None:
@@ -340,7 +348,7 @@ class SequenceCompiler:
 
         def step(shapes: Shapes, origin: Shapes, workspace: Workspace) -> Shapes:
             first, tool = [derived_at_once(partial(run_branches, body), shapes, workspace, location) for body in bodies]
-            target = merged(shapes, first, "unify", workspace, location)
+            target = with_attributes(merged(shapes, first, "unify", workspace, location), first, workspace)
             return combined_shapes(target, tool, operation, False, workspace, location)
 
         return step
@@ -373,12 +381,17 @@ class SequenceCompiler:
         return step
 
     def _overrides(self, item: Invoke) -> dict[str, Code]:
-        """Values of attributes of an imported file for one shape: ``plant(height = 3).Generate``."""
+        """Values of attributes of an imported file for one shape: ``plant(height = 3).Generate``.
+
+        Names that the file has no attribute of are left out: nothing can read them.
+        """
         overrides: dict[str, Code] = {}
         for node in item.overrides or ():
             if not isinstance(node, syntax.Attribute):
                 raise DerivationError("a rule cannot be redefined at the call of an imported rule", node.location)
-            overrides[override_name(item, node)] = self._expressions.choice(node.value)
+            name, code = override_name(item, node), self._expressions.choice(node.value)
+            if name in self._successors.attributes:
+                overrides[name] = code
         return overrides
 
     def _arguments(
@@ -428,8 +441,8 @@ def _reinitialised(
     """Shapes [N] with the attributes of an imported file as a call of one of its rules redefines them.
 
     All attributes of the file have their values before any rule again, except for those redefined at the call and those
-    computed from them, which are evaluated once more on the initial shape. Their random parts are those of the model; only
-    the draws that no evaluation made before are recorded.
+    computed from them, which are evaluated once more on the initial shape. Their random parts are those of the model;
+    only the draws that no evaluation made before are recorded.
     """
     prefix = f"{item.name.rpartition('.')[0]}."
     roots = workspace.roots.take(shapes.model)

@@ -198,3 +198,9 @@ def test_a_call_records_the_draws_of_a_branch_that_was_not_taken_before_and_each
     assert all(np.array_equal(heights, forest.draws.value) for heights in drawn)
     assert forest.draws.node.tolist() == [0, 1, 2]
     assert np.allclose(forest.draws.log_density, -np.log(10.0))
+
+
+def test_what_a_call_redefines_that_is_no_attribute_changes_nothing(tmp_path):
+    library = "attr a = 2\np = a\nSub(h) --> s(1, h + a, 1) S.\nGen --> s(1, p, 1) G."
+    main = 'import b : "lib.cga"\nLot --> b(a = 9).Sub(2) b(Gen = 2).Gen b(p = 1, a = 4).Gen'
+    assert sorted(heights(link(tmp_path, main=main, lib=library))) == [2, 4, 11]

@@ -13,7 +13,7 @@ from grammarlab.arrays import rows_of_groups
 from grammarlab.derivation.calls.texture_transfer import with_pivot
 from grammarlab.derivation.state.face_tags import face_sets
 from grammarlab.derivation.state.mesh_table import normalized, right_handed, scaled, upright
-from grammarlab.derivation.state.shapes import EMPTY, Shapes, concatenate
+from grammarlab.derivation.state.shapes import EMPTY, Shapes, concatenate, join_values, take_value
 from grammarlab.derivation.state.tag_table import matches
 from grammarlab.derivation.state.workspace import Workspace
 from grammarlab.errors import BudgetError, Location
@@ -98,6 +98,25 @@ def merged(shapes: Shapes, leaves: Shapes, strategy: str, workspace: Workspace, 
     result = with_meshes(shapes, meshes, workspace)._replace(material=material)
     single = np.flatnonzero(counts == 1)
     return _with_leaves(result, leaves, single, first[single], workspace)
+
+
+def with_attributes(shapes: Shapes, leaves: Shapes, workspace: Workspace) -> Shapes:
+    """Shapes [N] of which those with a single leaf have the rule attributes of that leaf.
+
+    Args:
+        shapes: the shapes.
+        leaves: from `derived_at_once`.
+        workspace: workspace of the derivation.
+    """
+    rows = np.asarray(leaves.state[row_name(workspace)]).astype(np.int64)
+    counts = np.bincount(rows, minlength=shapes.num)
+    single, others = np.flatnonzero(counts[rows] == 1), np.flatnonzero(counts != 1)
+    order = np.argsort(np.concatenate([rows[single], others]))
+    state = dict(shapes.state)
+    for name in workspace.attributes.keys() & state.keys():
+        values = [take_value(leaves.state[name], single), take_value(state[name], others)]
+        state[name] = take_value(join_values(values, [len(single), len(others)], workspace.strings), order)
+    return shapes._replace(state=state)
 
 
 def combined_shapes(

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 
 import numpy as np
 
-from grammarlab.assets.mesh_files import load_material
 from grammarlab.assets.mesh_parts import PartMaterial
 from grammarlab.derivation.calls.calls import Builtin, FunctionCall
 from grammarlab.derivation.calls.table_columns import for_each
-from grammarlab.derivation.functions.asset_functions import root_of
 from grammarlab.derivation.functions.shape_attributes import ASSET_MATERIAL
 from grammarlab.derivation.materials import CHANNELS
 from grammarlab.derivation.state.array_table import Cell, Table, cell_text
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value, number_column
-from grammarlab.errors import AssetError, DerivationError, MissingAssetError, UnreadableAssetError
+from grammarlab.errors import DerivationError
 from grammarlab.language.syntax.keywords import KEYWORDS
 
 
@@ -36,6 +34,11 @@ def asset_channels(material: PartMaterial, *, has_image: bool = True) -> dict[st
     """The channels of a material of an asset."""
     values = (*material.color, material.metallic, material.roughness, *material.emissive)
     return {**dict(zip(CHANNELS, values, strict=True)), "texture": material.texture if has_image else ""}
+
+
+def cut_out_images(materials: Iterable[PartMaterial | None]) -> set[str]:
+    """The images of materials whose transparent parts are holes."""
+    return {each.texture for each in materials if each is not None and each.is_cut_out} - {""}
 
 
 def named_values(table: Table) -> Iterator[tuple[str, str]]:
@@ -70,24 +73,14 @@ def _read_material(call: FunctionCall) -> Value:
 
 def _material_in(call: FunctionCall, path: Cell | Table) -> Table:
     """The first material of a file; an empty array, and a record of it, if there is none to read."""
-    root, recorder = root_of(call), call.workspace.recorder
     if not isinstance(path, str):
         raise DerivationError(f"{call.name} expects the path of a file", call.location)
-    if root is None:
-        hint = "give the folder of the files: --assets DIR, or in Python assets='DIR'"
-        raise DerivationError(f'the material "{path}" needs an asset folder', call.location, hint)
-    try:
-        material = load_material(path, root)
-    except MissingAssetError:
-        recorder.add_missing_asset(path, call.location)
-    except UnreadableAssetError as error:
-        recorder.add_missing_asset(path, call.location, str(error))
-    except AssetError as error:
-        raise DerivationError(str(error), call.location) from error
-    else:
-        channels = {} if material is None else asset_channels(material)
-        return _rows_of({"colormap" if name == "texture" else name: value for name, value in channels.items()})
-    return _rows_of({})
+    material = call.workspace.material(path, call.location)
+    if material is None:
+        return _rows_of({})
+    call.workspace.materials.cut_out |= cut_out_images([material])
+    channels = asset_channels(material)
+    return _rows_of({"colormap" if name == "texture" else name: value for name, value in channels.items()})
 
 
 BUILTINS: dict[str, Builtin] = {

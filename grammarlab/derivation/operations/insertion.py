@@ -14,6 +14,7 @@ from grammarlab.derivation.functions.shape_materials import (
     ASSET_MATERIAL,
     asset_channels,
     asset_materials,
+    cut_out_images,
     with_asset_materials,
 )
 from grammarlab.derivation.state.corner_maps import with_face_maps
@@ -120,7 +121,7 @@ def painted(call: BoundCall, shapes: Shapes, path: str) -> Shapes:
         None if material is None else asset_channels(material, has_image=name == path) for material in asset.materials
     ]
     table = call.workspace.materials
-    table.cut_out |= {each.texture for each in asset.materials if each is not None and each.is_cut_out} - {""}
+    table.cut_out |= cut_out_images(asset.materials)
     of_asset = table.inserted(np.zeros(shapes.num, np.int32), materials) if ASSET_MATERIAL in shapes.state else None
     painted = shapes._replace(material=table.inserted(shapes.material, materials))
     return painted if of_asset is None else with_asset_materials(painted, of_asset)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TypeAlias, cast
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats
 from grammarlab.assets.mesh_files import Asset, AssetFolder
+from grammarlab.assets.mesh_parts import PartMaterial
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.lots import Lots, Values
 from grammarlab.derivation.materials import MaterialTable
@@ -165,14 +167,41 @@ class Workspace:
         if self.assets is None:
             hint = "give the folder of the meshes and images: --assets DIR, or in Python assets='DIR'"
             raise DerivationError(f'the asset "{path}" needs an asset folder', location, hint)
-        try:
+        with self._noting(path, location):
             return self.assets.load(path)
+        return None
+
+    def material(self, path: str, location: Location) -> PartMaterial | None:
+        """The first material of a file of the asset folder; None, and a record of it, if there is none to read.
+
+        Raises:
+            DerivationError: If there is no asset folder, or the file is outside it.
+        """
+        if self.assets is None:
+            hint = "give the folder of the files: --assets DIR, or in Python assets='DIR'"
+            raise DerivationError(f'the material "{path}" needs an asset folder', location, hint)
+        with self._noting(path, location):
+            material = self.assets.load_material(path)
+            if material is None:
+                hint = "a material needs newmtl with Kd or map_Kd below it"
+                message = f'the file "{path}" has no material with a colour or an image'
+                self.recorder.add_warning(message, location, hint)
+            return material
+        return None
+
+    @contextmanager
+    def _noting(self, path: str, location: Location) -> Iterator[None]:
+        """Records a file that is missing or cannot be read, and ends the block.
+
+        Raises:
+            DerivationError: If it is outside of the asset folder.
+        """
+        try:
+            yield
         except MissingAssetError:
             self.recorder.add_missing_asset(path, location)
-            return None
         except UnreadableAssetError as error:
             self.recorder.add_missing_asset(path, location, str(error))
-            return None
         except AssetError as error:
             raise DerivationError(str(error), location) from error
 

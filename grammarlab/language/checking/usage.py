@@ -12,6 +12,7 @@ from grammarlab.language.checking.symbols import Library, suggestion
 from grammarlab.language.syntax import builtins
 from grammarlab.language.syntax.keywords import FLOAT, Scope, in_words
 from grammarlab.language.syntax.syntax_tree import (
+    Attribute,
     Block,
     Case,
     Choice,
@@ -164,6 +165,23 @@ class BodyChecker:
                 self.body(override.body, replace(scope, locals=parameters))
             else:
                 self.expressions.value(override.value, scope.plain())
+                self._redefined(item, override)
+
+    def _redefined(self, item: Invoke, override: Attribute) -> None:
+        """Report a value for what is no attribute of the file that an imported rule is in."""
+        path = item.name.rpartition(".")[0]
+        library = self.symbols.library_of(item.name)
+        # In a linked file the definitions of an import have its name before theirs.
+        symbols, rule = (self.symbols, item.name) if library is None else (library.symbols, library.rest)
+        prefix = rule[: rule.rfind(".") + 1]
+        name = prefix + override.name
+        is_broken = not self.symbols.broken.isdisjoint({name, path.partition(".")[0]})
+        if symbols is None or name in symbols.attributes or is_broken:
+            return
+        valid_names = [known.removeprefix(prefix) for known in symbols.attributes if known.startswith(prefix)]
+        message = f"the import {path} has no attribute {override.name}"
+        hint = suggestion(override.name, valid_names) or "a call of an imported rule redefines attributes only"
+        self.remarks.error("unknown-name", override.location, message, hint)
 
     # Blocks
 

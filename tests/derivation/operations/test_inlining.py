@@ -127,6 +127,19 @@ def test_both_operands_are_made_of_the_current_shape_and_the_first_has_the_mater
     assert areas(geometry(forest)).sum() == pytest.approx(area)
 
 
+def test_the_only_shape_of_the_first_operand_gives_the_result_its_attributes_and_scope():
+    text = """attr a = 1
+              attr text = "none"
+              Lot --> extrude(4) split(x) { 1 : Block(1) | ~1 : Block(2) }
+              Block(n) --> union { Wide(n) | set(a, 9) t(1, 0, 1) B. } Rep
+              Wide(n) --> case n == 1 : set(a, 5) set(text, "one") r(0, 90, 0) A.
+                          else : set(a, 6) split(y) { '0.5 : A. | ~1 : A. }
+              Rep --> s(a, a, a) print(text + rint(scope.ry + 1)) R."""
+    forest = derive(Grammar.parse(text), 1, 1, footprint=(4.0, 4.0))
+    assert forest.leaves.size.tolist() == [[5.0] * 3, [1.0] * 3]
+    assert forest.prints == ("one91", "none1")
+
+
 @pytest.mark.parametrize(("operation", "faces"), [("union", [8, 8, 12, 16]), ("subtract", [8]), ("intersect", [8])])
 def test_boolean_operations_in_a_plane_keep_all_edges(operation, faces):
     mesh = geometry(derive(Grammar.parse(f"Lot --> {operation} {{ t(2, 0, 2) Y }} R"), 1, 1, footprint=(4.0, 4.0)))

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from grammarlab.assets import mtl_reader
+from grammarlab.assets.mesh_parts import color_of
 from grammarlab.derivation import Forest, derive
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
@@ -114,12 +116,16 @@ def test_what_an_array_says_wrongly_is_left_out_with_a_warning(array):
 def test_a_material_from_a_file_is_that_of_a_mesh_with_the_file(tmp_path, before):
     (tmp_path / "looks").mkdir()
     (tmp_path / "looks" / "brick.jpg").write_bytes(b"")
-    (tmp_path / "looks" / "brick.mtl").write_text("newmtl none\nnewmtl red\nKd 1 .5 0\nPm .7\nd .5\nmap_Kd brick.jpg\n")
+    (tmp_path / "looks" / "brick.mtl").write_text(
+        "newmtl none\nnewmtl red\nKd 1 .5 0\nPm .7\nd .5\nmap_Kd brick.jpg\nmap_d hole.png"
+    )
     mesh = "mtllib brick.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl red\nf 1 2 3"
     (tmp_path / "looks" / "tile.obj").write_text(mesh)
 
     def look(operations):
-        return looks(derive(Grammar.parse(f"Lot --> {operations} A"), 1, 1, assets=tmp_path))
+        forest = derive(Grammar.parse(f"Lot --> {operations} A"), 1, 1, assets=tmp_path)
+        assert forest.materials.cut_out == {"looks/brick.jpg"}
+        return looks(forest)
 
     set_from_file = look(f'primitiveQuad() {before} setMaterial(readMaterial("looks/brick.mtl"))')
     assert set_from_file == look(f'{before} i("looks/tile.obj")')
@@ -131,6 +137,28 @@ def test_a_file_without_a_material_changes_nothing_and_is_told(assets, path):
     forest = derive(Grammar.parse(f'Lot --> color(1, 0, 0) setMaterial(readMaterial("{path}")) A'), 1, 1, assets=assets)
     assert looks(forest) == looks(sampled("Lot --> color(1, 0, 0) A"))
     assert [missing.path for missing in forest.missing_assets] == [path]
+
+
+def test_a_file_whose_materials_have_no_colour_changes_nothing_with_a_warning(assets):
+    (assets / "bare.mtl").write_text("newmtl a\nNs 10\nnewmtl b\n")
+    rule = 'Lot --> color(1, 0, 0) setMaterial(readMaterial("bare.mtl")) A'
+    forest = derive(Grammar.parse(rule), 1, 1, assets=assets)
+    assert looks(forest) == looks(sampled("Lot --> color(1, 0, 0) A"))
+    assert [warning.message for warning in forest.warnings] == [
+        'the file "bare.mtl" has no material with a colour or an image'
+    ]
+
+
+def test_a_file_of_materials_is_read_once_up_to_its_first_one_and_a_large_one_is_told(assets, monkeypatch):
+    made = []
+    monkeypatch.setattr(mtl_reader, "color_of", lambda words: made.append(words) or color_of(words))
+    (assets / "many.mtl").write_text("".join(f"newmtl m{i}\nKd {i} 1 0\n" for i in range(4)))
+    (assets / "large.mtl").write_text("newmtl a\nKd 1 0 0\n" + " " * 2**20)
+    rules = 'Lot --> setMaterial(readMaterial("many.mtl")) A setMaterial(readMaterial("{}.mtl")) B'
+    derive(Grammar.parse(rules.format("many")), 2, 1, assets=assets)
+    assert len(made) == 1
+    (large,) = derive(Grammar.parse(rules.format("large")), 1, 1, assets=assets).missing_assets
+    assert "more than the 1048576 that are read" in large.reason
 
 
 def test_a_material_outside_of_the_asset_folder_is_refused(assets):

@@ -9,8 +9,9 @@ import pytest
 
 from grammarlab.errors import LanguageError
 from grammarlab.language.checking.check import check, check_files
-from grammarlab.language.grammar import read_text
+from grammarlab.language.grammar import Grammar, read_text
 from grammarlab.language.importing import load
+from grammarlab.language.linking import linked
 
 
 def write(folder, **files):
@@ -40,6 +41,22 @@ def test_findings_of_imported_files_stand_in_those_files(tmp_path):
     assert "  Wall(h) --> extrude(hh) parts.Brick\n                      ^^" in first.findings[0].render(
         first.text.splitlines()
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("hieght", "did you mean 'height'?"),
+        ("Gen", "a call of an imported rule redefines attributes only"),
+        ("p", "a call of an imported rule redefines attributes only"),
+    ],
+)
+def test_a_call_may_redefine_only_attributes_of_the_imported_file(tmp_path, name, hint):
+    library = "attr height = 2\nconst c = 1\np = height\nGen --> extrude(p + c) A."
+    main = write(tmp_path, main=f'import b : "lib.cga"\nLot --> b(height = 1, c = 2, {name} = 3).Gen', lib=library)
+    for findings in (check_files(main, "main.cga")[0].findings, check(Grammar.parse(linked(load(main))))):
+        assert [(one.code, one.severity, one.hint) for one in findings] == [("unknown-name", "error", hint)]
+        assert findings[0].message == f"the import b has no attribute {name}"
 
 
 def test_syntax_errors_of_an_imported_file_hide_nothing_in_the_others(tmp_path):
