@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 RemarkKind = Literal["outline", "geometry", "record", "property", "repair", "coordinates", "identity"]
 """``outline``: a polygon that is left out; ``geometry``: lines, points and empty geometries, which are left out;
-``record``: text that is not GeoJSON and is left out; ``property``: a value that is not used; ``repair``: a polygon that
-is used after a repair; ``coordinates``: what became of the coordinates; ``identity``: parcels whose ids are not those
-of the map."""
+``record``: text that is not GeoJSON or WKT and is left out; ``property``: a value that is not used; ``repair``: a
+polygon that is used after a repair; ``coordinates``: what became of the coordinates; ``identity``: parcels whose ids
+are not those of the map."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,12 @@ class Source:
     outlines: tuple[Outline, ...]
     remarks: tuple[Remark, ...]
     crs: Crs
-    strict: bool = False
-    """Whether a bad outline is an error, as for one written by hand, instead of a remark."""
+    origin: Literal["map", "file of WKT", "text"] = "map"
+    """What it is, for advice. In a text, which is written by hand, a bad outline is an error instead of a remark."""
     conversion: str = ""
     """How another program converts it to degrees, for messages: ``Convert it: ogr2ogr …``."""
+
+    @property
+    def strict(self) -> bool:
+        """Whether a bad outline is an error."""
+        return self.origin == "text"

@@ -226,7 +226,7 @@ def _advice(source: Source, reasons: str) -> str:
     if (
         source.crs.unit == "degrees"
         and ("in degrees" in reasons or "metres; a footprint" in reasons)
-        and not source.strict
+        and source.origin == "map"
     ):
         return (
             "GeoJSON counts in degrees. If yours counts in metres, name its CRS at the top of the file, "
@@ -257,7 +257,7 @@ def _check_unit(source: Source, outlines: Sequence[Outline]) -> None:
     system = f"its CRS {source.crs.name} counts in metres" if source.crs.name else "it counts in metres"
     fix = (
         "write SRID=4326; before it"
-        if source.strict
+        if source.origin != "map"
         else 'leave out the member "crs", or name a CRS in degrees there, such as "EPSG:4326"'
     )
     raise AssetError(

@@ -1,8 +1,12 @@
 """Well-known text: kinds, dimensions, SRIDs, and what has no straight edges."""
 
+import re
+import time
+
 import pytest
 
 from grammarlab.errors import AssetError, UsageError
+from grammarlab.geometry.footprints import footprint_text
 from grammarlab.geometry.footprints.footprint import Georeference
 from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from tests.geometry.footprints.maps import area
@@ -99,7 +103,7 @@ def test_a_file_of_wkt_is_read_as_the_text_in_it(tmp_path, text):
         try:
             plan = read_footprint_map(source)
         except AssetError as error:
-            return str(error).replace(source, "footprint")
+            return type(error)
         return [footprint.polygon.tolist() for footprint in plan.footprints], plan.georeference, plan.remarks
 
     (tmp_path / "lot.wkt").write_text(text)
@@ -122,10 +126,82 @@ def test_a_file_may_have_a_text_in_each_line(tmp_path):
     plan = read_footprint_map(str(tmp_path / "lots.wkt"))
     whole = read_footprint_map(f"GEOMETRYCOLLECTION ({', '.join(texts)})")
     assert [one.polygon.tolist() for one in plan.footprints] == [one.polygon.tolist() for one in whole.footprints]
-    assert [str(remark) for remark in plan.remarks] == [str(remark) for remark in whole.remarks]
+    assert [remark.reason for remark in plan.remarks] == [remark.reason for remark in whole.remarks]
+    assert [footprint.name for footprint in plan.footprints] == [f"lots.wkt, line {line}" for line in (2, 3, 3)]
+    assert [remark.source for remark in plan.remarks] == ["lots.wkt, line 5"]
 
 
 def test_the_texts_of_a_file_have_one_coordinate_system(tmp_path):
     (tmp_path / "lots.wkt").write_text(f"SRID=25832;POLYGON ({RING})\nSRID=25833;POLYGON ({RING})")
-    with pytest.raises(AssetError, match="one coordinate system for all texts, found EPSG:25832, EPSG:25833"):
+    with pytest.raises(AssetError, match="all texts, found EPSG:25832 in line 1, EPSG:25833 in line 2"):
         read_footprint_map(str(tmp_path / "lots.wkt"))
+    (tmp_path / "lots.wkt").write_text(f"hello\nPOLYGON ({RING})\nSRID=25832;POLYGON ({RING})")
+    with pytest.raises(AssetError, match=r"found none \(metres\) in line 2, EPSG:25832 in line 3"):
+        read_footprint_map(str(tmp_path / "lots.wkt"))
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("hello", "not well-formed WKT.*without columns, quotes or ';'"),
+        ("# lots (2026,", "not well-formed"),
+        ("1;POLYGON ((0 0, 9 0, 9 9, 0 0))", "not well-formed"),
+        ('"POLYGON ((0 0, 9 0, 9 9, 0 0))"', "not well-formed"),
+        ("POLYGON ((0 0, 9 0", "not well-formed"),
+        ("POLYGON ((0 0,", "not well-formed"),
+        ("POLYGON (0 0, 9 0, 9 9, 0 0)))", "not well-formed"),
+        ("CIRCULARSTRING (0 0, 1 1, 2 0)", "has arcs"),
+        ("SRID=25832;POLYGON EMPTY", "empty"),
+        ("SRID=25832;POLYGON ((0 0, 9 9, 9 0, 0 9, 0 0))", "self-intersection"),
+        ("GEOMETRYCOLLECTION (" * 70 + "POINT (0 0)" + ")" * 70, "at most 64 parentheses"),
+    ],
+)
+def test_a_bad_text_of_a_file_is_a_remark_about_its_line(tmp_path, text, reason):
+    whole = f"SRID=25832;POLYGON ({RING})"
+    (tmp_path / "lots.wkt").write_text(f"{text}\n{whole}\n{text}\n\n{whole}\n{text}")
+    plan = read_footprint_map(str(tmp_path / "lots.wkt"))
+    assert [footprint.name for footprint in plan.footprints] == ["lots.wkt, line 2", "lots.wkt, line 5"]
+    assert [remark.source for remark in plan.remarks] == [f"lots.wkt, line {line}" for line in (1, 3, 6)]
+    assert all(re.search(reason, remark.reason) for remark in plan.remarks)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "encoding"),
+    [
+        ("lots.wkt", "-- lots of 2026\n", "utf-8"),
+        ("lots.wkt", "id;geom\n", "utf-16"),
+        ("lots.wkt", "\n" * 5000, "utf-8"),
+        ("lots.txt", "\n" * 300, "utf-8"),
+        ("lots.txt", "", "utf-16"),
+    ],
+)
+def test_a_file_is_wkt_by_its_name_or_its_first_words(tmp_path, name, text, encoding):
+    (tmp_path / name).write_text(f"{text}POLYGON ({RING})\n", encoding=encoding)
+    plan = read_footprint_map(str(tmp_path / name))
+    assert [area(footprint) for footprint in plan.footprints] == [80]
+    assert len(plan.remarks) == bool(text.strip())
+
+
+def test_a_file_without_a_good_text_says_why(tmp_path):
+    path = tmp_path / "lots.wkt"
+    for text, message in [("\n \n", "found an empty file"), ("a;b\n1;2", r"no .*Polygon[^?]*line 2: this is not well")]:
+        path.write_text(text)
+        with pytest.raises(AssetError, match=message):
+            read_footprint_map(str(path))
+
+
+def test_texts_and_polygons_of_a_file_are_counted(tmp_path, monkeypatch):
+    (tmp_path / "lots.wkt").write_text(f"POLYGON ({RING})\n" * 4)
+    monkeypatch.setattr(footprint_text, "MAX_FOOTPRINTS", 3)
+    with pytest.raises(AssetError, match="at most 3 polygons"):
+        read_footprint_map(str(tmp_path / "lots.wkt"))
+    monkeypatch.setattr(footprint_text, "MAX_FEATURES", 2)
+    with pytest.raises(AssetError, match="at most 2 texts"):
+        read_footprint_map(str(tmp_path / "lots.wkt"))
+
+
+def test_many_texts_take_little_time(tmp_path):
+    (tmp_path / "points.wkt").write_text("POINT (1 2)\n" * 10_000 + f"POLYGON ({RING})")
+    begin = time.process_time()
+    assert len(read_footprint_map(str(tmp_path / "points.wkt")).remarks) == 10_000
+    assert time.process_time() - begin < 0.5
