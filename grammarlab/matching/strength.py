@@ -22,8 +22,10 @@ _LENGTH_FACTOR = 0.5
 """Factor on the difference in nats, since solutions two steps away are not included."""
 _STRENGTHS = (0.25, 1.0, 4.0, 16.0)
 """Values of kappa to try, in addition to no prior."""
-_BIASES_M = (0.01, 0.02, 0.04)
-"""Deviations of sizes by the bias of a scan to try, metres: from the resolution of the maps in factors of 2."""
+_NUM_BIASES = 3
+"""Number of deviations of sizes by the bias of a scan to try, from the step of the maps, by equal factors."""
+_LARGEST_BIAS_M = 0.04
+"""Largest of them, metres, unless the step of the maps is larger."""
 _MIN_GROUPS = 2
 """Least number of groups with several elements for a prior."""
 
@@ -33,7 +35,8 @@ def with_bias(maps: Maps, corrected: Callable[[Maps], Maps]) -> Maps:
 
     Shadows, reveals and the angle of a scanner move all points of a side together, which the noise of points does not
     include: equal windows of a real wall would be several kinds. The bias costs as much as a shared width or
-    height. Elements that differ in truth are described better without it, since their kinds are sharp.
+    height. Elements that differ in truth are described better without it, since their kinds are sharp. All deviations
+    are tried, since one that is too small may be the longer description while a larger one is the shorter.
 
     Args:
         maps: evidence maps of N elements, without a bias.
@@ -42,12 +45,13 @@ def with_bias(maps: Maps, corrected: Callable[[Maps], Maps]) -> Maps:
     best = corrected(maps)
     length = find_kinds(best).length
     cost = VALUE_COST * np.log(max(len(maps.evidence), 2))
-    for bias in _BIASES_M:
+    step = min(maps.widths[1] - maps.widths[0], maps.heights[1] - maps.heights[0])
+    # A deviation of less than the step would change nothing.
+    for bias in np.geomspace(step, max(step, _LARGEST_BIAS_M), _NUM_BIASES).tolist():
         blurred = corrected(maps.blurred(bias))
         other = find_kinds(blurred).length + cost
-        if other >= length:
-            break
-        best, length = blurred, other
+        if other < length:
+            best, length = blurred, other
     return best
 
 

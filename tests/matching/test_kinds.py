@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grammarlab.matching.evidence_maps import Maps, maps_of
-from grammarlab.matching.shared_kinds import find_kinds, mixture_gain
+from grammarlab.matching.shared_kinds import VALUE_COST, find_kinds, mixture_gain
 from grammarlab.matching.strength import find_kinds_with, with_bias
 
 SIZES = np.array([[1.0, 1.5], [1.0, 1.9], [1.3, 1.9], [1.3, 1.5]])
@@ -86,6 +86,24 @@ def test_a_bias_of_each_element_makes_no_kinds_and_hides_none(seed: int):
         label = solution.posterior.argmax(axis=1)
         assert len(solution.kinds) == num
         assert all(len(set(label[each::num].tolist())) == 1 for each in range(num))
+
+
+@pytest.mark.parametrize(("step", "bias"), [(0.01, 0.03), (0.02, 0.04), (0.03, 0.04)])
+def test_a_bias_of_several_centimetres_is_noticed_though_a_smaller_one_does_not_pay(step: float, bias: float):
+    axis = np.arange(0.8, 2.0, step)
+    sizes = np.array([[1.0, 1.5], [1.3, 1.75]])[np.arange(24) % 2]
+    drawn = sizes + bias * np.random.default_rng(1).normal(size=(24, 2))
+    sides = np.exp(-0.5 * ((axis - drawn[:, :, None]) / max(0.01, 0.7 * step)) ** 2)
+    evidence = sides[:, 0, :, None] * sides[:, 1, None]
+    raw = Maps(axis, axis, evidence / evidence.mean(axis=(1, 2), keepdims=True) * 0.9999 + 1e-4)
+    cost = VALUE_COST * np.log(24)
+    lengths = [find_kinds(raw).length] + [find_kinds(raw.blurred(each)).length + cost for each in (0.02, 0.04)]
+    solution = find_kinds(chosen := with_bias(raw, lambda maps: maps))
+    assert solution.length + (0.0 if chosen is raw else cost) <= min(lengths) + 2.0
+    label = solution.posterior.argmax(axis=1)
+    assert len(solution.kinds) == 2
+    # An element that deviates by three biases may be unknown.
+    assert all(np.unique(label[each::2], return_counts=True)[1].max() >= 11 for each in range(2))
 
 
 def test_exact_evidence_has_no_bias():
