@@ -86,15 +86,28 @@ class _Error:
 
     def opening(self) -> str:
         """Type of the innermost open bracket at the token."""
+        position = self._opening_position()
+        return "" if position < 0 else self.tokens[position].type
+
+    def merging(self) -> str:
+        """``union``, ``inline``, … with their strategy if the token is directly in their braces; otherwise empty."""
+        position = self._opening_position()
+        before = self.tokens[position - 1] if position > 0 else None
+        is_operand = before is not None and before.type == "INLINE" and self.opening() == "_LBRACE"
+        return before.value if before is not None and is_operand else ""
+
+    def _opening_position(self) -> int:
+        """Index of the innermost open bracket at the token; -1 if there is none."""
         depth = 0
-        for token in reversed(self.tokens[: self.position]):
-            if token.type in ("RPAR", "CLOSE", "RBRACKET"):
+        for position in range(min(self.position, len(self.tokens)) - 1, -1, -1):
+            kind = self.tokens[position].type
+            if kind in ("RPAR", "CLOSE", "RBRACKET"):
                 depth += 1
-            elif token.type in ("_LPAR", "_LBRACE", "_LBRACKET"):
+            elif kind in ("_LPAR", "_LBRACE", "_LBRACKET"):
                 if depth == 0:
-                    return token.type
+                    return position
                 depth -= 1
-        return ""
+        return -1
 
 
 def explain(tokens: Sequence[Token], position: int, expected: frozenset[str]) -> Finding:
@@ -233,6 +246,24 @@ def _percent_without_colon(error: _Error) -> _Advice | None:
     return None
 
 
+def _choice_in_operand(error: _Error) -> _Advice | None:
+    name = error.merging()
+    if error.token.type in ("CASE", "CHANCE") and not error.ended and name and error.before in ("_LBRACE", "_BAR"):
+        hint = "give a rule the choice, and write its name here"
+        return "late-choice", f"expected one sequence of operations in each operand of {name.split()[0]}", hint
+    return None
+
+
+def _third_operand(error: _Error) -> _Advice | None:
+    name = error.merging().partition(" ")[0]
+    if error.token.type != "_BAR" or error.ended or not name or "CLOSE" not in error.expected:
+        return None
+    if name == "inline":
+        return "bad-inline", "expected one sequence of operations in inline", "write inline { A B }"
+    hint = f"nest them: {name} {{ {name} {{ A | B }} | C }}"
+    return "bad-inline", f"expected '}}' after the second operand of {name}, which has two", hint
+
+
 def _late_choice(error: _Error) -> _Advice | None:
     """A choice after operations: in CGA a choice must begin a body."""
     if error.token.type in ("CASE", "CHANCE") and not error.ended and error.before not in ("_ARROW", "_COLON"):
@@ -259,6 +290,8 @@ _USUAL_MISTAKES: tuple[Callable[[_Error], _Advice | None], ...] = (
     _single_equals,
     _percent_missing,
     _percent_without_colon,
+    _choice_in_operand,
+    _third_operand,
     _late_choice,
     _foreign_word,
     _no_definition,
