@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -49,13 +49,18 @@ def best_tree(labels: Labels, persons: Sequence[Person]) -> BestTree:
         different.setdefault(tree.columns, tree)
     # A smooth function of all labels needs no division.
     candidates = [*list(different.values())[:_NUM_FINISHED], undivided(labels.every, found.evidence)]
-    finished = [_with_smooth_leaves(labels, tree, found.evidence.person) for tree in candidates]
+    # Trees share most of their leaves.
+    cells = {cell.tobytes(): cell for tree in candidates for cell in tree.cells()}
+    smooth = {key: _smooth(labels, cell) for key, cell in cells.items()}
+    finished = [_with_smooth_leaves(labels, tree, found.evidence.person, smooth) for tree in candidates]
     return max(finished, key=lambda item: item.explanation.total)
 
 
-def _with_smooth_leaves(labels: Labels, tree: Tree, person: Person) -> BestTree:
+def _with_smooth_leaves(
+    labels: Labels, tree: Tree, person: Person, smooth: Mapping[bytes, Sequence[_SmoothColumn]]
+) -> BestTree:
     """A tree whose leaves are smooth functions where these explain scores better, for the most likely noise."""
-    leaves = [(cell, _smooth(labels, cell)) for cell in tree.cells()]
+    leaves = [(cell, smooth[cell.tobytes()]) for cell in tree.cells()]
     evidence = labels.evidence.for_person(person)
     # The log-prior of the divisions.
     divided = tree.log_posterior - sum(evidence.of_labels(cell) for cell, _ in leaves)
@@ -65,7 +70,7 @@ def _with_smooth_leaves(labels: Labels, tree: Tree, person: Person) -> BestTree:
         evidence, total, used = labels.evidence.for_person(other), divided - person.price, set[int](tree.columns)
         for cell, functions in leaves:
             plain = evidence.of_labels(cell)
-            trials = [(smooth.function.log_evidence(noise) - smooth.price, smooth.column) for smooth in functions]
+            trials = [(each.function.log_evidence(noise) - each.price, each.column) for each in functions]
             highest, column = max(trials, default=(-np.inf, -1))
             total += max(plain, highest)
             used |= {column} if highest > plain else set()
