@@ -71,14 +71,13 @@ def _turned(call: BoundCall, size: Floats) -> Shapes:
 
 def center(call: BoundCall) -> Shapes:
     """``center(axes)``: centre the scope, along these axes, in the shape at the beginning of the sequence."""
-    frames, shapes, origin = call.workspace.frames, call.shapes, call.origin
-    if shapes.frame is origin.frame and shapes.position is origin.position:
-        return shapes._replace(position=_centered(call))
-    target = origin.position + frames.to_world(origin.frame, 0.5 * origin.size)
-    current = shapes.position + frames.to_world(shapes.frame, 0.5 * shapes.size)
-    offset = frames.to_local(shapes.frame, target - current)
-    chosen = np.array([axis in str(call.arguments[0].value) for axis in "xyz"])
-    return shapes._replace(position=shapes.position + frames.to_world(shapes.frame, offset * chosen))
+    shapes, origin = call.shapes, call.origin
+    # Each shape by itself, whatever the others of a batch are: the two ways differ in the last bit.
+    stays = (shapes.frame == origin.frame) & (shapes.position == origin.position).all(axis=1)
+    position = _centered(call) if stays.any() else shapes.position
+    if not stays.all():
+        position = np.where(stays[:, None], position, _centered_anywhere(call))
+    return shapes._replace(position=position)
 
 
 def _centered(call: BoundCall) -> Floats:
@@ -89,6 +88,16 @@ def _centered(call: BoundCall) -> Floats:
             margin = 0.5 * (call.origin.size[:, axis] - call.shapes.size[:, axis])
             position = position + call.workspace.frames.axis(call.shapes.frame, axis) * margin[:, None]
     return position
+
+
+def _centered_anywhere(call: BoundCall) -> Floats:
+    """Positions [N, 3] of shapes that may have been moved or rotated since the sequence began."""
+    frames, shapes, origin = call.workspace.frames, call.shapes, call.origin
+    target = origin.position + frames.to_world(origin.frame, 0.5 * origin.size)
+    current = shapes.position + frames.to_world(shapes.frame, 0.5 * shapes.size)
+    offset = frames.to_local(shapes.frame, target - current)
+    chosen = np.array([axis in str(call.arguments[0].value) for axis in "xyz"])
+    return shapes.position + frames.to_world(shapes.frame, offset * chosen)
 
 
 def r(call: BoundCall) -> Shapes:

@@ -76,6 +76,20 @@ def test_models_of_random_grammars_do_not_depend_on_the_batch(text, index):
     assert [together[index]] == fingerprints(grammar, 1, first_model=index, footprint=(8.0, 6.0))
 
 
+def test_a_shape_is_centred_alike_alone_and_beside_others():
+    text = """
+        attr w = 50% : 1.57 else : 0.93
+        attr g = rand(1, 4)
+        Lot --> primitiveCylinder(5) comp(f) { front : s(2.3, 1.9, 1.7) split(x) { { w : Part }* } }
+        Part --> s(g, 3.1, 2.07) i("builtin:cube") s(0.53, 0.77, 0.51) center(x) A.
+    """
+    inline = text.replace("{ w : Part }", '{ w : s(g, 3.1, 2.07) i("builtin:cube") s(0.53, 0.77, 0.51) center(x) A. }')
+    for grammar in map(Grammar.parse, (text, inline)):
+        together = fingerprints(grammar, 6, footprint=(8.0, 6.0))
+        alone = (fingerprints(grammar, 1, first_model=index, footprint=(8.0, 6.0)) for index in range(6))
+        assert [model for (model,) in alone] == together
+
+
 def test_chunks_are_the_models_of_one_batch():
     grammar = load(GRAMMARS[0].parent / "furniture.cga")
     whole = fingerprints(grammar, 90, assets=ASSETS)
