@@ -37,7 +37,7 @@ MAX_FACES = 2_000_000
 _MOST_PARSED = 32 * 2**20
 """Largest number of bytes of parsed assets that are kept for the next derivation."""
 _MOST_MATERIAL_BYTES = 2**20
-"""Largest size in bytes of a file that rules read a material from; CityEngine's have a few hundred."""
+"""Largest size in bytes of a file that rules read a material from."""
 _SETTLED = 100_000_000
 """Nanoseconds after which a further change of a file gives it another time, on every usual disk."""
 
