@@ -384,7 +384,7 @@ def count_townhouse(m: Model) -> float:
 
 def ratio_arcade(m: Model) -> float:
     columns = m.root.find("ArchedWindowColumn")
-    upper_rows = len(columns[0].find("ArchedWindowCell3"))
+    upper_rows = len(columns[0].find("ArchedWindowColumnFloor2"))
     breadth = len(columns) / upper_rows
     return 100 if breadth >= 3 else 40 if breadth >= 2 else 0
 
@@ -397,7 +397,7 @@ def sides_of_door(m: Model) -> tuple[int, int]:
 
 
 def xor_arcade(m: Model) -> float:
-    tall = len(m.root.find("ArchedWindowColumn")[0].find("ArchedWindowCell3")) >= 3
+    tall = len(m.root.find("ArchedWindowColumn")[0].find("ArchedWindowColumnFloor2")) >= 3
     return 100 if tall ^ (sides_of_door(m)[0] <= 2) else 0
 
 
