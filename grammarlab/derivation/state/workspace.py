@@ -164,11 +164,9 @@ class Workspace:
         Raises:
             DerivationError: If there is no asset folder, or the file is outside it.
         """
-        if self.assets is None:
-            hint = "give the folder of the meshes and images: --assets DIR, or in Python assets='DIR'"
-            raise DerivationError(f'the asset "{path}" needs an asset folder', location, hint)
+        folder = self._folder(f'asset "{path}"', location)
         with self._noting(path, location):
-            return self.assets.load(path)
+            return folder.load(path)
         return None
 
     def material(self, path: str, location: Location) -> PartMaterial | None:
@@ -177,17 +175,26 @@ class Workspace:
         Raises:
             DerivationError: If there is no asset folder, or the file is outside it.
         """
-        if self.assets is None:
-            hint = "give the folder of the files: --assets DIR, or in Python assets='DIR'"
-            raise DerivationError(f'the material "{path}" needs an asset folder', location, hint)
+        folder = self._folder(f'material "{path}"', location)
         with self._noting(path, location):
-            material = self.assets.load_material(path)
+            material = folder.load_material(path)
             if material is None:
                 hint = "a material needs newmtl with Kd or map_Kd below it"
                 message = f'the file "{path}" has no material with a colour or an image'
                 self.recorder.add_warning(message, location, hint)
             return material
         return None
+
+    def _folder(self, thing: str, location: Location) -> AssetFolder:
+        """The asset folder.
+
+        Raises:
+            DerivationError: If there is none.
+        """
+        if self.assets is None:
+            hint = "give the folder of the meshes and images: --assets DIR, or in Python assets='DIR'"
+            raise DerivationError(f"the {thing} needs an asset folder", location, hint)
+        return self.assets
 
     @contextmanager
     def _noting(self, path: str, location: Location) -> Iterator[None]:
