@@ -15,14 +15,13 @@ import pyarrow as pa
 import shapely
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.city import parcel_reasons
 from grammarlab.city.drawn_edges import first_edges
-from grammarlab.city.packed_outlines import PackedOutlines
+from grammarlab.city.packed_outlines import Outlines, PackedOutlines
 from grammarlab.city.parcel_ids import identities, part_ids
 from grammarlab.city.parcel_outlines import Pieces, pieces_of
 from grammarlab.city.parcel_overlaps import Disjoint, disjoint
-from grammarlab.city.parcel_shapes import unbuildable
 from grammarlab.city.parcels import Parcels
 from grammarlab.errors import AssetError
 from grammarlab.geometry.footprints.coordinates import UNPLACED, MetricSystem, check_sizes, metric_system, transformed
@@ -35,6 +34,10 @@ from grammarlab.geometry.footprints.map_layer import MapLayer
 ID = "id"
 """Name of the attribute of maps that have no attributes."""
 _AREAS = [shapely.GeometryType[kind].value for kind in ("POLYGON", "MULTIPOLYGON", "GEOMETRYCOLLECTION")]
+_MIN_AREA, _MIN_SIDE = 30.0, 2.0
+"""Square metres and metres of the smallest parcel."""
+_STREET_AREA, _STREET_COMPACTNESS = 500.0, 0.1
+"""Square metres and 4πA/P² of parcels that are streets."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +213,7 @@ def _reasons(pieces: Pieces, ids: NDArray[np.object_], order: Ints) -> tuple[NDA
     rows = np.flatnonzero(reason == "")
     separate = disjoint(outlines, rows)
     shapes = np.concatenate(
-        [np.zeros(0, object), *(unbuildable(outline) for _, outline in separate.outlines.take(rows).blocks())]
+        [np.zeros(0, object), *(_unbuildable(outline) for _, outline in separate.outlines.take(rows).blocks())]
     )
     reason[rows] = np.where(separate.is_covered[rows], parcel_reasons.OVERLAP, shapes)
     return reason, separate
@@ -239,3 +242,29 @@ def _remarks(layer: MapLayer, crs: str | None, system: MetricSystem, pieces: Pie
         reason = f"{pieces.num_slivers:,} parts of less than 1 m² are left out: their parcels have larger ones"
         remarks.append(Remark(layer.name, "outline", reason))
     return remarks
+
+
+def _unbuildable(outline: Outlines) -> NDArray[np.object_]:
+    """[N] why nothing can be built inside valid outlines because of their shapes; empty for the others."""
+    reason = np.full(len(outline), "", dtype=object)
+    area = shapely.area(outline)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        compactness = 4 * np.pi * area / shapely.length(outline) ** 2
+    reason[_is_narrow(outline, area)] = parcel_reasons.NARROW
+    reason[area < _MIN_AREA] = parcel_reasons.SMALL
+    reason[(compactness < _STREET_COMPACTNESS) & (area > _STREET_AREA)] = parcel_reasons.STREET
+    return reason
+
+
+def _is_narrow(outline: Outlines, area: Floats) -> Flags:
+    """[N] whether the smallest box around an outline has a side below `_MIN_SIDE`."""
+    bounds = shapely.bounds(outline)
+    diagonal = np.hypot(bounds[:, 2] - bounds[:, 0], bounds[:, 3] - bounds[:, 1])
+    # The box is no longer than the diagonal, so a larger area has a wider box.
+    rows = np.flatnonzero((area > 0) & (area < _MIN_SIDE * diagonal))
+    narrow = np.zeros(len(outline), dtype=np.bool_)
+    corners = [shapely.get_coordinates(box)[:3] for box in shapely.oriented_envelope(outline[rows])]
+    for row, corner in zip(rows, corners, strict=True):
+        sides = np.hypot(*np.diff(corner, axis=0).T) if len(corner) == 3 else np.zeros(1)
+        narrow[row] = sides.min() < _MIN_SIDE
+    return narrow

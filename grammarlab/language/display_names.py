@@ -45,6 +45,9 @@ _BRANCH = re.compile(
     rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<place>(?: \d+)?)(?P<sign> [→=≠] | \()"
     r"(?:(?:[\d.e+-]+%, )?(?P<line>line \d+)\b|(?P<share>[\d.e+-]+%))"
 )
+_ONE = rf"(?:{_IDENTIFIER}\.?|line \d+|[\d.e+-]+%|\d+)"
+_LISTED = re.compile(rf"(?<![\w.#])({_IDENTIFIER}(?: \d+)?)( [=≠] )({_ONE}(?: / {_ONE})+)")
+"""Several alternatives of a choice: ``Wall = Brick / Glass``."""
 _NUMBERED = re.compile(rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<sign> [=≠] )(?P<number>\d+)\b")
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 _LONGEST = 60
@@ -115,6 +118,18 @@ class DisplayNames:
 
     def text(self, text: str) -> str:
         """A text in which words replace identifiers, such as a name of a column or a sentence of these."""
+        text, *lists = _LISTED.split(text)
+        return self._plain(text) + "".join(
+            self._list(*lists[start : start + 3]) + self._plain(lists[start + 3]) for start in range(0, len(lists), 4)
+        )
+
+    def _list(self, of: str, sign: str, ones: str) -> str:
+        """Alternatives of one choice."""
+        first, *others = (self._plain(f"{of}{sign}{one}") for one in ones.split(" / "))
+        return " / ".join([first, *(other.partition(sign)[2] for other in others)])
+
+    def _plain(self, text: str) -> str:
+        """A text without lists of alternatives."""
         text = _NUMBERED.sub(self._numbered, text)
         text = _BRANCH.sub(self._branch, text)
         text = _CHOICE.sub(self._choice, text)

@@ -249,12 +249,16 @@ function build(root, channel, first) {
 /** An error at its line, with a mark below its place. @param {Mistake} mistake */
 function mistakeLine({ severity, message, hint, line, column, code }) {
   const place = line ? `line ${line}, column ${column}: ` : "";
-  const shown = [`${code}\n${" ".repeat(Math.max(column - 1, 0))}`, element("i", {}, "^")];
+  const [before, behind] = code;
+  // Tabs keep their width, so the mark is below its place.
+  const shown = [`${before}${behind}\n${before.replace(/[^\t]/g, " ")}`, element("i", {}, "^")];
   return element(
     "div",
     { class: `wa-mistake wa-${severity}` },
     element("b", {}, `${place}${message}`),
-    code ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, ...shown) : null,
+    before || behind
+      ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, ...shown)
+      : null,
     hint ? element("small", {}, hint) : null,
   );
 }

@@ -12,7 +12,7 @@
  * @property {number | null} step
  * @property {string[]} choices
  *
- * @typedef {{ severity: string, message: string, hint: string, line: number, column: number, code: string }} Mistake
+ * @typedef {{ severity: string, message: string, hint: string, line: number, column: number, code: [string, string] }} Mistake
  *
  * @typedef {object} State
  * @property {number} protocol

@@ -47,6 +47,11 @@ groundfloor --> Wall
         ("Finish → 18%, Finish = 82%", "Finish → light, Finish = steel"),
         ("tone = 0, tone ≠ 1 (−5)", "tone = brown, tone ≠ light grey (−5)"),
         ("unknownName 7%", "unknownName 7%"),
+        (
+            "GroundFloor = GroundFloorShop / GroundFloorOfficeHall with tone ≠ 0 / 1",
+            "Ground floor = Shop / Office hall with tone ≠ brown / light grey",
+        ),
+        ("WallColor = line 16 / 30%, Finish ≠ 18% / 82%", "Wall color = blue / 30%, Finish ≠ light / steel"),
         ("#8E4B38, x.WallColor", "#8E4B38, x.WallColor"),
     ],
 )

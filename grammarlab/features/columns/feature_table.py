@@ -34,8 +34,6 @@ class FeatureTable:
     """[F] whether values are logarithms of the features; None if none is."""
     priors: Floats | None = None
     """[F] how likely columns are to matter to a person, relative to each other; None if all are equally likely."""
-    units: tuple[str, ...] = ()
-    """[F] units of the features, empty for none; () if none has one."""
 
     def rows(self) -> Floats:
         """[models, F] the values divided by their scales: the input of a preference."""

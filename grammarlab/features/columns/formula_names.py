@@ -17,7 +17,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
@@ -33,7 +33,10 @@ from grammarlab.features.patterns.pattern import (
     Pattern,
     Step,
 )
+from grammarlab.language.dimensions import unit_of_result
 
+ONE_OF = "one of these: "
+"""What words for a table of several pairs begin with."""
 _MAX_LISTED = 4
 """Largest number of elements of a sequence that are all named."""
 _ADJACENT = "adjacent"
@@ -95,6 +98,26 @@ def formula_words(formula: Formula, names: Mapping[Feature, str]) -> str:
     return words[-1].text
 
 
+def unit_of(feature: Feature, of_draw: Callable[[str], str]) -> str:
+    """Unit of a feature, such as ``m²`` of a product of lengths; empty for numbers of things and unknown ones.
+
+    Args:
+        feature: the feature.
+        of_draw: unit of a draw by its name; empty for none.
+    """
+    if isinstance(feature, Draw):
+        return of_draw(feature.site) if feature.branch is None else ""
+    units: list[str | None] = []
+    for step in feature.steps if isinstance(feature, Formula) else ():
+        if isinstance(step, ConstantTerm):
+            units.append(None)
+        elif isinstance(step, Measure):
+            units.append(unit_of(step.feature, of_draw))
+        else:
+            units.append(unit_of_result(step.operation, [units[index] for index in step.operands]))
+    return (units[-1] if units else "") or ""
+
+
 @dataclass(frozen=True)
 class _Writer:
     steps: Sequence[Step]
@@ -111,6 +134,8 @@ class _Writer:
         phrase = self._place(step) or self._of_pairs(step, earlier) or self._of_kinds(step) or self._use(step, earlier)
         if phrase:
             return _Words(phrase)
+        if table := self._table(step):
+            return _Words(table, step.operation)
         operands = [earlier[index] for index in step.operands]
         if step.operation in _SIGNS:
             return _Words(_joined(step.operation, *operands), step.operation)
@@ -183,6 +208,52 @@ class _Writer:
         condition = operands[0]
         is_use = isinstance(condition, Apply) and condition.operation == ">" and bool(self._added_at(condition, 0))
         return f"{earlier[step.operands[1]].text} where used" if is_use else ""
+
+    def _table(self, step: Apply) -> str:
+        """A table of which alternatives of two choices go together: ``Base = Shop / Bar with Roof = Flat``."""
+        if step.operation not in ("and", "or"):
+            return ""
+        rows = list(map(self._row, self._flat("or", step)))
+        if not all(map(all, rows)) or max(map(len, rows)) != 2:
+            return ""
+        pairs = list(map(" with ".join, rows))
+        return pairs[0] if len(pairs) == 1 else f"{ONE_OF}{', or '.join(pairs)}"
+
+    def _row(self, step: Step) -> list[str]:
+        """What a row of a table says of one or two choices, empty texts for anything else."""
+        alternatives = self._alternatives(step)
+        if alternatives or not isinstance(step, Apply) or step.operation != "and":
+            return [alternatives]
+        return [self._alternatives(self.steps[index]) for index in step.operands]
+
+    def _flat(self, operation: str, step: Step) -> list[Step]:
+        """The operands of a step and of those among them that have the same operation."""
+        if not isinstance(step, Apply) or step.operation != operation:
+            return [step]
+        return [each for index in step.operands for each in self._flat(operation, self.steps[index])]
+
+    def _alternatives(self, step: Step) -> str:
+        """Which alternatives of a choice there are, or are not; empty for anything else."""
+        if isinstance(step, Apply) and step.operation == "not":
+            return self._alternatives(self.steps[step.operands[0]]).replace(" = ", " ≠ ")
+        choices = [self._choice(each) for each in self._flat("+", step)]
+        if not all(choices):
+            return ""
+        places, values = (
+            dict.fromkeys(side) for side in zip(*(choice.split(" = ") for choice in choices), strict=True)
+        )
+        return f"{' or '.join(places)} = {' / '.join(values)}"
+
+    def _choice(self, step: Step) -> str:
+        """One alternative of a choice, where it is used or anywhere; empty for anything else."""
+        if isinstance(step, Measure):
+            name = self.names.get(step.feature, str(step.feature)).removeprefix("any ")
+            choice = name.replace(" → ", " = ")
+            return choice if choice.count(" = ") == 1 else ""
+        if isinstance(step, Apply) and step.operation == "and":
+            use, choice = (self.steps[index] for index in step.operands)
+            return self._choice(choice) if isinstance(use, Apply) and use.operation == ">" else ""
+        return ""
 
     def _alike(self, step: Step) -> str:
         """What a sum of patterns says that counts pairs of choices that are made alike; empty for anything else."""

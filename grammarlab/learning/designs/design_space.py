@@ -99,6 +99,10 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
         """Words in which people read the names of columns."""
         return DisplayNames({}, {}, {})
 
+    def unit_of(self, draw: str) -> str:
+        """Unit of a draw by its name, such as ``m``; empty for a plain number."""
+        return ""
+
     @abstractmethod
     def make(self, addresses: Sequence[Address]) -> Designs:
         """Designs by ascending address, without data that only pictures need.

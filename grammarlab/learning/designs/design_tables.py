@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
 from grammarlab.features.columns.feature_table import FeatureTable
-from grammarlab.features.columns.formula_names import formula_words
+from grammarlab.features.columns.formula_names import formula_words, unit_of
 from grammarlab.features.patterns.pattern import Feature, Formula
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs
@@ -146,7 +146,7 @@ class DesignTables(Generic[Designs]):
             scales=np.append(base.scales, [self._composed(feature)[1] for feature in columns.extra]),
             logarithmic=None if base.logarithmic is None else np.append(base.logarithmic, np.zeros(len(names), bool)),
             priors=_priors(base, columns.prices),
-            units=(*base.units, *("" for _ in names)) if base.units else (),
+            units=tuple(unit_of(feature, self.space.unit_of) for feature in (*base.features, *columns.extra)),
         )
 
     def _count(

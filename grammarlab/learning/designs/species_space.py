@@ -19,7 +19,7 @@ from grammarlab.features.patterns.conditions import sites_of
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.addresses import Address, hashes_of
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Realized
-from grammarlab.learning.designs.tree_columns import TreeBatch, TreeColumns, columns_of, relevant_names
+from grammarlab.learning.designs.tree_columns import TreeBatch, TreeColumns, columns_of, relevant_names, unit_of
 from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
 from grammarlab.randomness import Keys, root_keys
 from grammarlab.tastes.basic_quantities import Elements
@@ -73,6 +73,9 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
         """The species with equally frequent kinds."""
         kinds = self.species.kinds
         return replace(self.species, kinds=tuple(replace(kind, weight=1.0 / len(kinds)) for kind in kinds))
+
+    def unit_of(self, draw: str) -> str:
+        return unit_of(draw)
 
     def make(self, addresses: Sequence[Address]) -> TreeBatch:
         rows, keys = self.drawn(addresses)

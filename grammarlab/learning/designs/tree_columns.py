@@ -82,7 +82,6 @@ class TreeColumns:
             scales=self.scales,
             logarithmic=~np.isnan(self.least),
             priors=self.priors,
-            units=tuple(map(unit_of, self.names)),
         )
 
     @property

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import ROUNDING, Floats, Ints
-from grammarlab.features.columns.formula_names import formula_words
+from grammarlab.features.columns.formula_names import ONE_OF, formula_words
 from grammarlab.features.patterns.pattern import Apply, Feature, Formula
+from grammarlab.language.dimensions import DEGREES
 from grammarlab.language.display_names import DisplayNames
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.contrasts import choice_of
@@ -50,6 +51,8 @@ _STATEMENT_STARTS, _STATEMENT_ENDS = (
     (" alike", " alternate", " mirrored", " never fall", " by turns"),
 )
 """Beginnings and ends of names of columns that are statements, not things."""
+_WITH = " with "
+"""What connects two choices that go together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,7 +287,11 @@ class _ColumnWords:
     def _choice(name: str, interval: _Range) -> Iterator[str]:
         before, arrow, after = name.rpartition(" → ")
         has, thing = interval.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
-        denial = "not" if thing.startswith(_STATEMENT_STARTS) or thing.endswith(_STATEMENT_ENDS) else "no"
+        if thing.startswith(ONE_OF):
+            yield thing if has else f"none{thing.removeprefix('one')}"
+            return
+        is_statement = thing.startswith(_STATEMENT_STARTS) or thing.endswith(_STATEMENT_ENDS) or _WITH in thing
+        denial = "not" if is_statement else "no"
         yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"{denial} {thing}"
 
     def _amount(self, name: str, interval: _Range) -> Iterator[str]:
@@ -295,19 +302,19 @@ class _ColumnWords:
             yield numbered or f"{self._whole(low, high)} of these: {', '.join(map(_thing, things))}"
             return
         yield f"{name}:" if " " in name else name
-        if not self.is_integer[interval.column]:
-            unit = self.table.units[interval.column] if self.table.units else ""
-            yield (
-                (
-                    f"{low:.3g} to {high:.3g}"
-                    if np.isfinite(low + high)
-                    else (f"from {low:.3g}" if np.isfinite(low) else f"below {high:.3g}")
-                )
-                + ("" if unit in ("", "°") else " ")
-                + unit
-            )
+        if self.is_integer[interval.column]:
+            yield self._whole(low, high)
             return
-        yield self._whole(low, high)
+        unit = self.table.units[interval.column] if self.table.units else ""
+        yield self._quantity(low, high) + ("" if unit in ("", DEGREES) else " ") + unit
+
+    @staticmethod
+    def _quantity(low: float, high: float) -> str:
+        """A range of a continuous number, whose bounds never occur themselves."""
+        first, last = (f"{bound:.3g}" if abs(bound) < 1000.0 else f"{bound:,.0f}" for bound in (low, high))
+        if np.isfinite(low + high):
+            return f"{first} to {last}"
+        return f"at least {first}" if np.isfinite(low) else f"at most {last}"
 
     def _number_of(self, things: Sequence[str], low: float, high: float) -> str:
         """How many of equal choices there are: ``2 of Ground floor, Upper floor are Office``; empty for others."""

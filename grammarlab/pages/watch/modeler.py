@@ -14,6 +14,7 @@ from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.expressions import number_grammar
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Lots
+from grammarlab.derivation.program import Program
 from grammarlab.errors import DerivationError, Finding, GrammarlabError, LanguageError
 from grammarlab.export.glb import merged_glb
 from grammarlab.features.acceptance import Acceptance, derive_accepted
@@ -35,7 +36,7 @@ from grammarlab.rendering.renderer import RenderOptions
 from grammarlab.runs.sample.checks import SUPPORTED, warnings_of
 from grammarlab.runs.sample.contact_sheet import seen_points
 from grammarlab.runs.sample.records import compiled
-from grammarlab.runs.sample.shipped import find_rules
+from grammarlab.runs.sample.shipped import RuleSource, find_rules
 from grammarlab.scene import TriangleBatch, realize, triangles
 from grammarlab.scene.scene_pictures import with_pictures
 
@@ -49,6 +50,8 @@ _MOST_PRINTS = 20
 """Largest number of texts of `print` on the page."""
 _LONGEST_PRINT = 200
 """Characters of a printed text on the page."""
+_MOST_CODE = 200
+"""Characters of a line on either side of a mistake."""
 
 
 def modeler(file: str, assets: str, library: str = "") -> Handler:
@@ -69,9 +72,9 @@ class _Bench:
     choices: RuleChoices
     part_finder: PartFinder | None = None
     merged: str = ""
-    """The text of all files that was checked last, merged."""
+    """The text of all files that was read last, merged."""
     checked: tuple[CheckedFile, ...] = ()
-    """The files of this text, and what was found in them."""
+    """The files of this text, and what was found in them; none before they are checked."""
 
     def do(self, request: MakeModel | DrawPicture | FindPart, _report: Report) -> MadeModel | FoundPart | bytes:
         if isinstance(request, FindPart):
@@ -87,16 +90,17 @@ class _Bench:
         controls: tuple[Control, ...] | None = None
         lines: list[str] = []
         try:
-            lines = find_rules(self.file, self.assets, self.choices).text().splitlines()
-            rules = self._rules()
+            source = find_rules(self.file, self.assets, self.choices)
+            lines = self._text(source).splitlines()
+            rules, program = compiled(self.merged, source.name)
             controls = controls_of(rules)
-            forest, batch, folder = self._derive(wanted)
+            forest, batch, folder = self._derive(source, rules, program, wanted)
             glb = _glb_of(batch, folder)
             numbering = number_grammar(rules)
             self.part_finder = PartFinder("", GrammarParts(forest, numbering))
             tree = tuple(part_tree(forest, numbering, self.file))
             passed_over = (*forest.warnings, *warnings_of(forest.missing_assets, folder))
-            remarks = (*self._remarks(rules), *(_mistake_of(each, lines) for each in passed_over))
+            remarks = (*self._remarks(source, rules), *(_mistake_of(each, lines) for each in passed_over))
             mistakes = (*remarks[:_MOST_REMARKS], *_rest(len(remarks) - _MOST_REMARKS, "remarks", "check or sample"))
             return MadeModel(glb, len(forest.nodes), controls, (*mistakes, *_printed(forest.prints)), tree)
         except LanguageError as error:
@@ -107,29 +111,32 @@ class _Bench:
         except GrammarlabError as error:
             return MadeModel(controls=controls, mistakes=(Mistake("error", str(error)),))
 
-    def _remarks(self, rules: Grammar) -> tuple[Mistake, ...]:
+    def _text(self, source: RuleSource) -> str:
+        """The text of all files, merged; they are read again once one of them has changed, or if one was missing."""
+        has_all = not any(finding.code == "bad-import" for each in self.checked for finding in each.findings)
+        if not (self.checked and has_all and all(map(_is_as_checked, self.checked))):
+            self.checked = ()
+            self.merged = source.text()
+        return self.merged
+
+    def _check(self, source: RuleSource, rules: Grammar) -> None:
+        """Find which files there are, and what is to be said of them."""
+        name, library = str(source.path), self.choices.library
+        self.checked = self.checked or check_files(source.path, name, SUPPORTED, library=library, known=rules)
+
+    def _remarks(self, source: RuleSource, rules: Grammar) -> tuple[Mistake, ...]:
         """What a check finds in the files themselves, as names that are neither rules nor operations."""
-        source = find_rules(self.file, self.assets, self.choices)
-        merged = source.text()
-        # A comment moves lines, but changes nothing in the merged text.
-        if merged != self.merged or not all(map(_is_as_checked, self.checked)):
-            self.checked = check_files(
-                source.path, str(source.path), SUPPORTED, library=self.choices.library, known=rules
-            )
-            self.merged = merged
+        self._check(source, rules)
         return tuple(
             _in_file(_mistake_of(finding, each.text.splitlines()), Path(each.file), source.path)
             for each in self.checked
             for finding in _gathered(each.findings)
         )
 
-    def _rules(self) -> Grammar:
-        source = find_rules(self.file, self.assets, self.choices)
-        return compiled(source.text(), source.name)[0]
-
-    def _derive(self, wanted: Wanted) -> tuple[Forest, TriangleBatch, AssetRoot]:
-        source = find_rules(self.file, self.assets, self.choices)
-        rules, program = compiled(source.text(), source.name)
+    @staticmethod
+    def _derive(
+        source: RuleSource, rules: Grammar, program: Program, wanted: Wanted
+    ) -> tuple[Forest, TriangleBatch, AssetRoot]:
         # What a save has renamed or removed is no longer set.
         texts = [f"{name}={value}" for name, value in wanted.attributes if name in rules.attributes]
         values = read_attributes(texts, rules)
@@ -138,7 +145,10 @@ class _Bench:
         return forest, triangles(with_pictures(realize(forest), source.assets)).model(0), source.assets
 
     def _picture(self, request: DrawPicture) -> bytes:
-        _, batch, _ = self._derive(request.wanted)
+        source = find_rules(self.file, self.assets, self.choices)
+        rules, program = compiled(self._text(source), source.name)
+        self._check(source, rules)
+        _, batch, _ = self._derive(source, rules, program, request.wanted)
         options = RenderOptions(width=request.size, height=request.size, samples=2)
         picture = RaycastRenderer().render(batch, frame(seen_points(batch), 1.0, View()), options)
         file = io.BytesIO()
@@ -202,17 +212,23 @@ def _in_file(mistake: Mistake, file: Path, shown: Path) -> Mistake:
 def _mistake_of(finding: Finding, lines: list[str]) -> Mistake:
     line, column = finding.location.line, finding.location.column
     message, hint = with_options(finding.message), with_options(finding.hint)
-    return Mistake(
-        "error" if finding.severity == "error" else "warning", message, hint, line, column, _line(lines, line)
-    )
+    severity = "error" if finding.severity == "error" else "warning"
+    return Mistake(severity, message, hint, line, column, _code(lines, line, column))
 
 
 def _mistake_of_derivation(error: DerivationError, lines: list[str]) -> Mistake:
     if error.location is None:
         return Mistake("error", error.message, error.hint)
     line, column = error.location.line, error.location.column
-    return Mistake("error", error.message, error.hint, line, column, _line(lines, line))
+    return Mistake("error", error.message, error.hint, line, column, _code(lines, line, column))
 
 
-def _line(lines: list[str], number: int) -> str:
-    return lines[number - 1][:200] if 1 <= number <= len(lines) else ""
+def _code(lines: list[str], number: int, column: int) -> tuple[str, str]:
+    """`Mistake.code` of a place; ends of a long line that are far from it are cut."""
+    if not 1 <= number <= len(lines):
+        return "", ""
+    line, place = lines[number - 1], max(column - 1, 0)
+    before, behind = line[:place], line[place:]
+    if len(before) > _MOST_CODE:
+        before = f"…{before[-_MOST_CODE:]}"
+    return before, behind if len(behind) <= _MOST_CODE else f"{behind[:_MOST_CODE]}…"

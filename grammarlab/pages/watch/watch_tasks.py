@@ -48,8 +48,8 @@ class Mistake:
     line: int = 0
     """From 1; 0 if it is unknown."""
     column: int = 0
-    code: str = ""
-    """The line of the file; empty if it is unknown."""
+    code: tuple[str, str] = ("", "")
+    """What is before and behind the place in the line of the file; empty if the line is unknown."""
 
 
 @dataclass(frozen=True, slots=True)

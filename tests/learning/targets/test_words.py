@@ -96,8 +96,8 @@ def test_counts_and_draws_are_told_with_their_ranges():
     assert counted.likes == ("number of Window: 3 to 6 (100)",)
     assert set(counted.dislikes) == {"number of Window: at most 2 (0)", "number of Window: 7 or more (0)"}
     drawn = words_of(table, np.where(rows[:, 1] < 4.0, 70.0, 0.0), np.ones(600))
-    assert re.fullmatch(r"height below (4|4\.0\d?|3\.9\d?) \(70\)", drawn.likes[0])
-    assert drawn.lines[1].startswith("Does not like: height from ")
+    assert re.fullmatch(r"height at most (4|4\.0\d?|3\.9\d?) \(70\)", drawn.likes[0])
+    assert drawn.lines[1].startswith("Does not like: height at least ")
     assert words_of(table, 60.0 * rows[:, 2], np.ones(600)).lines == (
         "Likes: Door (60).",
         "Does not like: no Door (0).",
@@ -114,7 +114,7 @@ def test_comparisons_of_draws_are_told_as_such():
         return words_of(table, np.where(difference >= bound, 100.0, 0.0), np.ones(600))
 
     assert words(0.0013) == Words(("a at least b (100)",), ("a below b (0)",))
-    assert words(3.0).likes[0].startswith("a − b: from ")
+    assert words(3.0).likes[0].startswith("a − b: at least ")
 
 
 def test_statements_are_denied_as_such():
@@ -133,6 +133,29 @@ def test_sums_of_things_are_told_as_numbers_of_these():
     assert words == Words(
         ("2 or more of these: Door, no Bay, A = B (100)",), ("at most 1 of these: Door, no Bay, A = B (0)",)
     )
+
+
+def test_quantities_have_their_units():
+    """A height, an area of thousands of square metres and an angle, as a person says them."""
+    rows = np.random.default_rng(1).random((600, 3)) * [30.0, 4000.0, 60.0]
+    table = replace(table_of(rows, ["height", "width · depth", "pitch"]), units=("m", "m²", "°"))
+
+    def liked(is_liked):
+        return words_of(table, np.where(is_liked, 100.0, 0.0), np.ones(600)).likes[0]
+
+    assert re.fullmatch(r"height at most 1[12](\.\d)? m \(100\)", liked(rows[:, 0] < 12.0))
+    assert re.fullmatch(r"height 9\.?\d* to 1[12](\.\d)? m \(100\)", liked((rows[:, 0] < 12.0) & (rows[:, 0] > 9.0)))
+    assert re.fullmatch(r"width · depth: at least 2,\d{3} m² \(100\)", liked(rows[:, 1] > 2500.0))
+    assert re.fullmatch(r"pitch at least (30|29\.\d|30\.\d)° \(100\)", liked(rows[:, 2] > 30.0))
+
+
+def test_tables_of_pairs_are_denied_as_a_whole():
+    rows = coins(400, 3)
+    one, both = "A = x with B = y / z", "one of these: A = x with B = y, or A ≠ x with B = z"
+    table = table_of(rows, [one, both, "number of Door"])
+    assert words_of(table, 80.0 * rows[:, 0], np.ones(400)) == Words((f"{one} (80)",), (f"not {one} (0)",))
+    denied = "none of these: A = x with B = y, or A ≠ x with B = z (0)"
+    assert words_of(table, 80.0 * rows[:, 1], np.ones(400)) == Words((f"{both} (80)",), (denied,))
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import pytest
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.language.checking.check import check_files
 from grammarlab.language.grammar import Grammar
+from grammarlab.language.syntax.parse import parse
 from grammarlab.pages import STATIC
 from grammarlab.pages.watch.controls import Control, controls_of
 from grammarlab.pages.watch.modeler import modeler
@@ -98,6 +99,46 @@ def test_the_page_gets_a_bounded_number_of_remarks_those_of_a_check_first_and_th
     assert printed.message.startswith("printed: xxx")
     assert len(printed.message) < 250
     assert printed.message.endswith("… (5,002 characters)")
+
+
+def test_files_are_read_again_only_after_a_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Sliders, seeds and the sheet need no new reading of the file and its imports; a change of either does."""
+    rules, parts = tmp_path / "lot.cga", tmp_path / "walls.cga"
+    parts.write_text("Brick --> Stone.")
+    rules.write_text('import walls : "walls.cga"\nimport roofs : "roofs.cga"\nLot --> extrude(3) walls.Brick')
+    parsed: list[str] = []
+    monkeypatch.setattr(
+        "grammarlab.language.grammar.parse", lambda text, file: (parsed.append(Path(file).name), parse(text, file))[1]
+    )
+    make = modeler(str(rules), "")
+
+    def read(request: MakeModel | DrawPicture) -> list[str]:
+        parsed.clear()
+        make(request, report)
+        return [name for name in parsed if name != "lot.cga"]
+
+    assert read(MakeModel(Wanted())) == ["walls.cga"]
+    assert read(MakeModel(Wanted())) == ["walls.cga"]  # an import is missing, and might be there now
+    (tmp_path / "roofs.cga").write_text("Flat --> Tiles.")
+    assert read(MakeModel(Wanted())) == ["walls.cga", "roofs.cga"]
+    assert [read(request) for request in (MakeModel(Wanted(seed=2)), DrawPicture(Wanted(model=3), 16))] == [[], []]
+    parts.write_text("Brick --> extrude(1) Stone.")
+    assert read(DrawPicture(Wanted(), 16)) == ["walls.cga", "roofs.cga"]
+    assert read(MakeModel(Wanted())) == []
+
+
+@pytest.mark.parametrize("indent", [0, 5, 199, 200, 201, 5000])
+def test_the_place_of_a_mistake_in_a_long_line_is_shown(tmp_path: Path, indent: int):
+    file = tmp_path / "lot.cga"
+    begin = "Lot --> " + "A. " * (indent // 3)
+    file.write_text(f"{begin}extrudd(3) {'B. ' * 200}")
+    (mistake,) = made(file, Wanted()).mistakes
+    before, behind = mistake.code
+    assert begin.endswith(before.removeprefix("…"))
+    assert before.startswith("…") == (len(begin) > 200)
+    assert behind.startswith("extrudd(3) B.")
+    assert len(before + behind) <= 402
+    assert mistake.column == len(begin) + 1
 
 
 def test_every_severity_has_a_style_on_the_page():
@@ -222,7 +263,7 @@ def test_mistakes_of_imported_files_are_told_with_their_names_after_every_save(t
         made = make(MakeModel(Wanted()), report)
         assert isinstance(made, MadeModel)
         mistakes = [(each.severity, each.line, each.code) for each in made.mistakes]
-        assert mistakes == [("warning", line, wrong) for line in lines]
+        assert mistakes == [("warning", line, ("Brick --> ", "extrudd(3) Stone.")) for line in lines]
         assert all(each.message.startswith("parts/walls.cga: unknown rule or") for each in made.mistakes)
     rules.write_text("Lot --> extrude(3) Stone.")
     parts.unlink()

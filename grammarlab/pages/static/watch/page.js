@@ -1,4 +1,4 @@
-/* Built from shared, watch by pages_src/bundle.js; do not edit. Source 8aa84e7313f5ab02 */
+/* Built from shared, watch by pages_src/bundle.js; do not edit. Source cd4f60afa7f65b21 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -943,13 +943,14 @@ function build(root, channel, first) {
 }
 function mistakeLine({ severity, message, hint, line, column, code }) {
   const place = line ? `line ${line}, column ${column}: ` : "";
-  const shown = [`${code}
-${" ".repeat(Math.max(column - 1, 0))}`, element("i", {}, "^")];
+  const [before, behind] = code;
+  const shown = [`${before}${behind}
+${before.replace(/[^\t]/g, " ")}`, element("i", {}, "^")];
   return element(
     "div",
     { class: `wa-mistake wa-${severity}` },
     element("b", {}, `${place}${message}`),
-    code ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, ...shown) : null,
+    before || behind ? element("pre", { tabindex: "0", role: "group", "aria-label": "Line with the mistake" }, ...shown) : null,
     hint ? element("small", {}, hint) : null
   );
 }
