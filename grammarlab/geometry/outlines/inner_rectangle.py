@@ -39,12 +39,20 @@ RECTANGLE = 0
 """The group of inner rectangles."""
 _MIN_EDGE_SHARE = 0.25
 """Smallest length of an edge that gives rectangles a direction, as a share of the longest edge of its ring."""
+_GRID = 1e-4
+"""Distance in metres of the grid around the centroid of a face to which its corners move before rectangles along edges
+are compared, as CityEngine does: sides are up to this much inside the face. A tolerance."""
+_GRID_SLACK = 1e-5
+"""Share of a grid cell below which a corner that rounding has put short of a grid line is on it."""
 _Projection = tuple[float, float, float, float]
 """A row-major matrix: the projections of the unit vectors along x and y of a face's frame."""
 
 
 def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
     """The largest rectangle inside each face, and what remains of the face.
+
+    Rectangles along edges have their sides on a grid of 0.1 mm, up to two cells short of the largest ones, which the
+    remainder leaves out; faces too small for it have the exact ones.
 
     Rectangles are projected along the axis nearest to the face's normal, so on a slanted face they are
     parallelograms. Of equally large rectangles, one along the longest edge is used, and of these the one nearest to the
@@ -167,14 +175,16 @@ def _inner_patch(xy: Floats, projection: Floats, alignment: Alignment) -> tuple[
     loops = rings(xy)
     corners = tuple(corner for ring in loops for corner in ring)
     flat = _transformed(xy, projection)
-    rectangle = _largest_over_directions(flat, loops, alignment) if _is_simple(flat, loops) else None
-    if rectangle is None:
+    rectangles = _largest_over_directions(flat, loops, alignment) if _is_simple(flat, loops) else None
+    if rectangles is None:
         whole = tuple(range(len(xy)))
         return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
     outline_points = flat[list(corners)]
     reach = 4.0 * RELATIVE_TOLERANCE * float(np.ptp(outline_points, axis=0).max())
+    rectangle, hole = rectangles
     pieces = [_snapped(rectangle, outline_points, reach)]
-    pieces += _remainder(flat, loops, rectangle, np.concatenate([outline_points, pieces[0]]), reach)
+    cut = _snapped(hole, outline_points, reach)
+    pieces += _remainder(flat, loops, hole, np.concatenate([outline_points, cut]), reach)
     number: dict[tuple[float, float], int] = {}
     for point in map(tuple, np.concatenate([outline_points, *pieces]).tolist()):
         number.setdefault(point, len(number))
@@ -187,24 +197,50 @@ def _inner_patch(xy: Floats, projection: Floats, alignment: Alignment) -> tuple[
     return patch, [RECTANGLE, *([REMAINDER] * (len(faces) - 1))]
 
 
-def _largest_over_directions(flat: Floats, loops: list[list[int]], alignment: Alignment) -> Floats | None:
-    """[4, 2] the largest rectangle over all directions allowed, beginning along the first edge of the polygon."""
-    best, largest = None, 0.0
+def _largest_over_directions(
+    flat: Floats, loops: list[list[int]], alignment: Alignment
+) -> tuple[Floats, Floats] | None:
+    """[4, 2] the largest rectangle over all directions allowed, first on the grid and then exactly."""
+    best = None
+    largest = 0.0
     for x, y in _directions(flat, loops) if alignment == "edge" else [(1.0, 0.0)]:
         turn = np.array([[x, -y], [y, x]])
         bounds = largest_rectangle([_transformed(flat[ring], turn) for ring in loops])
         if bounds is None:
             continue
-        (left, low), (right, high) = bounds.tolist()
-        if (right - left) * (high - low) > largest * (1.0 + RELATIVE_TOLERANCE):
-            largest = (right - left) * (high - low)
-            best = _transformed(np.array([(left, low), (right, low), (right, high), (left, high)]), turn.T)
+        extent = float(np.prod(bounds[1] - bounds[0]))
+        if extent > largest * (1.0 + RELATIVE_TOLERANCE):
+            largest = extent
+            best = bounds, turn
     if best is None:
         return None
-    along = np.roll(best, -1, axis=0) - best
+    exact, turn = best
     first = flat[1] - flat[0]
+    whole = _from_first_edge(_transformed(_corners_of(exact), turn.T), first)
+    centre = _centroid([flat[ring] for ring in loops])
+    on_grid = largest_rectangle([_inwards(_transformed(flat[ring] - centre, turn)) for ring in loops])
+    if alignment == "scope" or on_grid is None:
+        return whole, whole
+    return _from_first_edge(_transformed(_corners_of(on_grid), turn.T) + centre, first), whole
+
+
+def _inwards(points: Floats) -> Floats:
+    """Points moved towards the axes to the grid."""
+    cells = points / _GRID
+    return np.sign(points) * np.floor(np.abs(cells) + _GRID_SLACK) * _GRID
+
+
+def _corners_of(bounds: Floats) -> Floats:
+    """[4, 2] corners, counter-clockwise, of a rectangle given by its lower left and its upper right one."""
+    (left, low), (right, high) = bounds.tolist()
+    return np.array([(left, low), (right, low), (right, high), (left, high)])
+
+
+def _from_first_edge(rectangle: Floats, first: Floats) -> Floats:
+    """The corners of a rectangle from the side on that is most parallel to the first edge [2] of its polygon."""
+    along = np.roll(rectangle, -1, axis=0) - rectangle
     cosine = (along @ first) / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-300)
-    return np.roll(best, -int(np.argmax(np.round(cosine / max(float(np.hypot(*first)), 1e-300), 9))), axis=0)
+    return np.roll(rectangle, -int(np.argmax(np.round(cosine / max(float(np.hypot(*first)), 1e-300), 9))), axis=0)
 
 
 def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float]]:

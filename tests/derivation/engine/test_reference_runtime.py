@@ -99,6 +99,40 @@ def test_the_largest_inner_rectangle_is_the_one_that_the_other_runtime_finds(foo
     assert np.allclose(bounds, [low, high], atol=0.01)
 
 
+Z_SHAPE = np.array(
+    [[0.0, 0, 0], [22, 0, 0], [22, 0, -14], [38, 0, -14], [38, 0, -26], [13, 0, -26], [13, 0, -11], [0, 0, -11]]
+)
+PLUS = np.array(
+    [
+        *([0.0, 0, 0], [8, 0, 0], [8, 0, 9], [20, 0, 9], [20, 0, 0], [33, 0, 0]),
+        *([33, 0, -11], [20, 0, -11], [20, 0, -22], [8, 0, -22], [8, 0, -11], [0, 0, -11]),
+    ]
+)
+
+
+@pytest.mark.parametrize(
+    ("footprint", "low", "high"),
+    [
+        (Z_SHAPE, [13.000027065, -25.999952851], [37.999927065, -13.999952851]),
+        (PLUS, [8.000075124, -21.999915423], [19.999975124, 8.999984577]),
+        (
+            np.array([[0.0, 0, 0], [2000, 0, 0], [2000, 0, -900], [700, 0, -1500], [0, 0, -1100]]),
+            None,
+            [1974.999766667],
+        ),
+    ],
+)
+def test_sides_of_rectangles_along_edges_lie_on_the_grid_of_the_other_runtime(footprint, low, high):
+    forest = derive(
+        Grammar.parse("Lot --> innerRectangle(edge) { shape : A | remainder : NIL }"), 1, 0, footprint=footprint
+    )
+    points = world_meshes(forest).points[:, [0, 2]]
+    if low is None:  # a slanted side: its size alone was measured
+        assert np.ptp(points[:, 0]) == pytest.approx(high[0], abs=1e-8)
+    else:
+        assert [points.min(axis=0), points.max(axis=0)] == [pytest.approx(low, abs=1e-6), pytest.approx(high, abs=1e-6)]
+
+
 U_SHAPE = np.array(
     [[0.0, 0, 0], [0, 0, 25], [10, 0, 25], [10, 0, 12], [22, 0, 12], [22, 0, 25], [32, 0, 25], [32, 0, 0]]
 )
