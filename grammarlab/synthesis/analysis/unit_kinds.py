@@ -34,13 +34,16 @@ _MIN_AREA_M2 = 0.3
 """Least area of which that share is taken, square metres."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class _Cell:
     size: Floats
     """[2] metres; NaN along an axis at whose end it is, since such cells end with the wall, or along which an element
     is larger than the cell."""
     boxes: Floats
     """[K, 4] low and high corners of its elements, metres."""
+    pieces: Floats
+    """[P, 2] width and height of the piece of another cell's element at its centre, metres: negative if the element
+    goes on below or to the left, 0 if on both sides. P is 0 or 1."""
     depth: Floats
     """[3, h, w] metres in front of the plane: at each pixel, and the least and the largest in its neighbourhood."""
     off: Flags
@@ -98,6 +101,11 @@ def _joined(cell: _Cell, kinds: list[list[_Cell]], labels: Ints, noise: float, *
     return kind
 
 
+def _are_equal(sizes: Floats, others: Floats, tolerance: float) -> bool:
+    """Whether two arrays of sizes [K, 2] are equal within a tolerance, metres."""
+    return sizes.shape == others.shape and bool((np.abs(sizes - others) <= tolerance).all())
+
+
 def _sizes(cell: _Cell) -> Floats:
     """[K, 2] width and height of its elements, metres."""
     return cell.boxes[:, 2:] - cell.boxes[:, :2]
@@ -107,11 +115,9 @@ def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) 
     off, map_ = off_plane(wall), wall.map
     depth = np.clip(np.where(np.isfinite(map_.depth), map_.depth - wall.depth, -1.0), -1.0, 2.0)
     around = 1 + 2 * int(np.ceil(1.0 + (_SIZE_TOLERANCE_M + _EDGE_NOISE_FACTOR * wall.noise) / map_.step))
+    all_boxes = np.hstack([elements.low, elements.high])
     for low, high, is_door in zip(
-        elements.low,
-        elements.high,
-        may_be_doors(np.hstack([elements.low, elements.high]), float(wall.low[1])),
-        strict=True,
+        elements.low, elements.high, may_be_doors(all_boxes, float(wall.low[1])), strict=True
     ):
         box = map_.rows(low[1], high[1]), map_.columns(low[0], high[0])
         off[box] = True
@@ -127,7 +133,7 @@ def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) 
             low = np.array([columns.line[column], rows.line[row]])
             high = np.array([columns.line[column + 1], rows.line[row + 1]])
             members = np.flatnonzero((columns.member == column) & (rows.member == row))
-            boxes = np.hstack([elements.low[members], elements.high[members]])
+            boxes = all_boxes[members]
             boxes = boxes[np.lexsort(boxes.T[::-1])]
             part = map_.rows(low[1] + inside, high[1] - inside), map_.columns(low[0] + inside, high[0] - inside)
             size = high - low
@@ -136,19 +142,46 @@ def _cells(wall: Wall, elements: WallElements, columns: Lattice, rows: Lattice) 
             middle = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0 if len(boxes) else (low + high) / 2.0
             first = np.array([part[0].start, part[1].start])
             anchor = np.rint((middle - map_.low) / map_.step - 0.5)[::-1].astype(np.int64) - first
-            cells[-1].append(_Cell(size, boxes, depths[:, *part], off[part], anchor, map_.step))
+            cells[-1].append(
+                _Cell(
+                    size=size,
+                    boxes=boxes,
+                    pieces=_pieces(np.delete(all_boxes, members, axis=0), low, high),
+                    depth=depths[:, *part],
+                    off=off[part],
+                    anchor=anchor,
+                    step=map_.step,
+                )
+            )
     return cells
+
+
+def _pieces(boxes: Floats, low: Floats, high: Floats) -> Floats:
+    """[P, 2] signed width and height of the piece of a box at the centre of a cell, as in `_Cell`.
+
+    Args:
+        boxes: [K, 4] low and high corners, metres.
+        low: [2] lower left corner of the cell.
+        high: [2] upper right corner.
+    """
+    begin, end = np.maximum(boxes[:, :2], low), np.minimum(boxes[:, 2:], high)
+    middle = (low + high) / 2.0
+    inside = ((begin < middle) & (middle < end)).all(axis=1)
+    goes_on = np.stack([boxes[:, :2] < low, boxes[:, 2:] > high])
+    sign = np.where(goes_on.all(axis=0), 0.0, np.where(goes_on[0], -1.0, 1.0))
+    return (sign * (end - begin))[inside][:1]
 
 
 def _difference(a: _Cell, b: _Cell, noise: float) -> float:
     """Share of two cells whose depths differ; infinite if their elements do."""
-    if len(a.boxes) != len(b.boxes):
+    tolerance = _SIZE_TOLERANCE_M + _NOISE_FACTOR * noise
+    if len(a.boxes) != len(b.boxes) or not _are_equal(a.pieces, b.pieces, tolerance):
         return np.inf
     if not len(a.boxes) and not a.off.any() and not b.off.any():
         return 0.0  # a flat wall has any size
     if not len(a.boxes) and (np.abs(a.size - b.size) > _CELL_TOLERANCE * np.maximum(a.size, b.size)).any():
         return np.inf
-    if len(a.boxes) and np.abs(_sizes(a) - _sizes(b)).max() > _SIZE_TOLERANCE_M + _NOISE_FACTOR * noise:
+    if not _are_equal(_sizes(a), _sizes(b), tolerance):
         return np.inf
     before = np.minimum(a.anchor, b.anchor)
     after = np.minimum(a.off.shape - a.anchor, b.off.shape - b.anchor)

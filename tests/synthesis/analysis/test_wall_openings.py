@@ -207,3 +207,20 @@ def test_sides_of_an_opening_are_its_own_though_others_nearly_line_up(tmp_path: 
     for box in boxes:
         drawing.rectangle(box, -0.1)
     assert found(drawing.analysed(tmp_path / "house.obj")) == pytest.approx(in_order(boxes), abs=1e-4)
+
+
+def test_a_piece_of_a_shop_in_the_cell_of_a_neighbour_is_no_wall(tmp_path: Path) -> None:
+    windows = [(x, y, x + 1.0, y + 1.4) for y in (4.0, 7.0) for x in (1.0, 3.5, 6.0, 8.5, 11.0)]
+    shop = (0.8, 0.5, 7.2, 2.5)
+    drawing = Drawing()
+    drawing.wall((0.0, 0.0, WIDTH, HEIGHT), 0.0, [*windows, shop])
+    drawing.around()
+    for box in windows:
+        drawing.rectangle(box, -0.1)
+    drawing.rectangle(shop, 0.0)
+    grid = drawing.analysed(tmp_path / "house.obj").main.grid
+    ground, window = grid.labels[0].tolist(), grid.labels[1, 0]
+    left, middle, right, *walls = ground
+    assert (grid.labels[1:] == window).all()
+    assert len(set(walls)) == 1
+    assert len({left, middle, right, walls[0], window}) == 5
