@@ -342,6 +342,18 @@ def print_left_out(grammar: str, findings: tuple[Finding, ...]) -> None:
         say(LIBRARY_HINT)
 
 
+def print_if_alike(text: str, suffix: str) -> None:
+    """Say so if the models of a rule text cannot differ."""
+    from grammarlab.runs.sample.checks import draws_nothing
+    from grammarlab.runs.sample.shipped import SUFFIX
+
+    if suffix == SUFFIX and draws_nothing(text):
+        say(
+            "all models are equal: the rules draw nothing at random, as attr height = rand(9, 30) and "
+            "60% : Brick else : Glass do; --attr NAME=VALUE makes others"
+        )
+
+
 def _first(names: list[str]) -> str:
     listing = ", ".join(names[:MOST_NAMES])
     return listing if len(names) <= MOST_NAMES else f"{listing} and {len(names) - MOST_NAMES} more"
@@ -366,6 +378,8 @@ def _print_summary(result: RunResult, as_json: bool, different: tuple[str, ...] 
         say(f"{count} model{'s' * (count != 1)} of {result.request.name} in {result.folder}")
         if result.request.stand is not None:
             say(str(result.request.stand))
+        if count > 1 and not result.request.footprints:
+            print_if_alike(result.request.text, result.request.suffix)
         _print_acceptance(result)
         if result.sheet is not None:
             say(f"picture: {result.sheet}")

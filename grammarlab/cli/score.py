@@ -9,7 +9,7 @@ import typer
 
 from grammarlab.cli.console import Attributes, Library, NoFootprint, StartRule, StyleName, friendly_errors, say
 from grammarlab.cli.page import page_opener
-from grammarlab.cli.sample import choices_of, complete_grammar
+from grammarlab.cli.sample import choices_of, complete_grammar, print_if_alike
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,12 +46,16 @@ def score(
         from grammarlab.cli.console import note_slow_pictures
         from grammarlab.pages.scoring.serving import serve
         from grammarlab.pages.scoring.session import Session
+        from grammarlab.runs.sample.shipped import find_rules
 
         path = session or Path(f"{Path(grammar).stem}.db")
         choices = choices_of(grammar, start_rule, attributes, style, library)
         opened = Session(grammar, path, seed=seed, assets=assets, choices=choices, stored_grammar=stored_grammar)
 
         note_slow_pictures()
+        if not stored_grammar:
+            source = find_rules(grammar, choices=choices)
+            print_if_alike(source.text(), source.suffix)
         opened.listen(_warner())
 
         try:

@@ -46,7 +46,8 @@ class SaveOptions:
     columns: int | None = None
     """Number of columns if several models share a file; None for about a square."""
     in_place: bool = False
-    """Whether models that share a file keep their places in the world, instead of a grid."""
+    """Whether models keep their places in the world: those that share a file, instead of a grid, and those that count
+    from their pivots, instead of having these at the origin of their files."""
     origin: tuple[float, float, float] | None = None
     """Origin [3] of files in world metres. By default each file far from the origin of the world has its own. Files of
     one model have it if they are OBJ or PLY; a GLB has a node with its own, so its place in the world is exact."""
@@ -250,7 +251,7 @@ def _checked_format(file_format: str) -> str:
 def _writer(
     output: Output, target: Path, file_format: str, layout: SceneLayout, options: SaveOptions
 ) -> AbstractWriter:
-    in_world = options.pivot != "local"
+    in_world = options.pivot == "world" or (options.pivot != "local" and options.in_place)
     # A run has one format: the writers of the others are not imported.
     if file_format == "ply":
         from grammarlab.export.ply import PlyWriter  # noqa: PLC0415

@@ -72,6 +72,23 @@ def test_options_reach_the_model(run, rules, tmp_path):
     assert mesh.extents == pytest.approx([8, 7.5, 3])
 
 
+@pytest.mark.parametrize(
+    ("text", "num", "is_said"),
+    [
+        ("attr h = 3\nLot --> extrude(h) A", 2, True),
+        ("Lot --> extrude(3) A", 1, False),
+        ("Lot --> extrude(rand(3, 9)) A", 2, False),
+        ("Lot --> 50% : A else : extrude(3) B", 2, False),
+        ("Lot --> scatter(surface, 3, uniform) { A }", 2, False),
+        ('Lot --> texture(fileRandom("*.png")) A', 2, False),
+        ("Lot --> extrude(3 + seedian / 1000000000) A", 2, False),
+    ],
+)
+def test_rules_without_chance_are_said_to_make_equal_models(run, rules, tmp_path, text, num, is_said):
+    said = run("sample", rules(text), "-n", str(num), "--no-image", "-o", tmp_path / "out").stderr
+    assert ("all models are equal: the rules draw nothing at random" in said) == is_said
+
+
 def test_a_start_rule_can_be_chosen(run, rules, tmp_path):
     options = ["--start", "Storey", "--no-image", "-n", "1", "--json"]
     values = json.loads(run("sample", rules(TOWER), *options, "-o", tmp_path / "out").stdout)

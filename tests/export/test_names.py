@@ -74,6 +74,23 @@ def test_a_pivot_moves_the_origin_of_a_model_and_nothing_in_the_world(tmp_path, 
         assert middle.tolist() == [2683006, 0 if pivot == "footprint" else 4.5, -1247004]
 
 
+@pytest.mark.parametrize(("pivot", "middle"), [("footprint", [0, 4.5, 0]), ("centre", [0, 0, 0])])
+def test_a_model_without_a_place_stands_on_the_origin_in_every_format(tmp_path, pivot, middle):
+    """Parts for a game engine: what is imported is at the pivot of what one places, and the file says where it was."""
+    usd, geometry = pytest.importorskip("pxr.Usd"), pytest.importorskip("pxr.UsdGeom")
+    one, options = realize(derive(Grammar.parse(RULES), 1, 1)), SaveOptions(pivot=pivot)
+    for suffix in ("obj", "glb", "stl"):
+        loaded = trimesh.load_scene(save(one, tmp_path / f"one.{suffix}", options=options))
+        upright = loaded.bounds if suffix != "stl" else loaded.bounds[:, [0, 2, 1]]
+        assert np.allclose(upright.mean(axis=0), middle, atol=1e-5), suffix
+    document = read_glb(tmp_path / "one.glb").document
+    (origin,) = (document["nodes"][root] for root in document["scenes"][0]["nodes"])
+    assert origin["extras"] == {"origin": [10.0, 0.0 if pivot == "footprint" else 4.5, 10.0]}
+    stage = usd.Stage.Open(str(save(one, tmp_path / "one.usd", options=options)))
+    box = geometry.BBoxCache(usd.TimeCode.Default(), ["default"]).ComputeWorldBound(stage.GetPseudoRoot())
+    assert np.allclose(box.ComputeAlignedRange().GetMidpoint(), middle, atol=1e-5)
+
+
 def test_a_model_alone_counts_from_its_pivot_in_every_format(tmp_path):
     one = realize(derive(Grammar.parse(RULES), 1, 1))
     obj = trimesh.load_mesh(save(one, tmp_path / "one.obj", options=SaveOptions(pivot="footprint")), process=False)

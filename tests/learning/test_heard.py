@@ -89,8 +89,8 @@ def test_the_state_has_what_was_heard_and_says_so(state):
     same = step(STUDY, init(STUDY), [later])
     assert state.columns == same.columns
     assert np.array_equal(predicted(state), predicted(same))
-    assert knowledge_of(state)[0] == str(state.heard["overall"])
-    assert not any("contradict" in line for line in knowledge_of(same))
+    assert knowledge_of(STUDY, state)[0] == str(state.heard["overall"])
+    assert not any("contradict" in line for line in knowledge_of(STUDY, same))
 
 
 def test_answers_in_steps_are_heard_as_answers_at_once(state):

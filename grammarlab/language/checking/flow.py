@@ -27,7 +27,7 @@ from grammarlab.language.syntax.syntax_tree import (
 
 
 def check_reachable(tree: RuleFile, roots: tuple[Rule, ...], remarks: Remarks) -> None:
-    """Warn of unreachable rules.
+    """Warn of unreachable rules, at the first of them.
 
     Args:
         tree: the rule file.
@@ -37,12 +37,17 @@ def check_reachable(tree: RuleFile, roots: tuple[Rule, ...], remarks: Remarks) -
     reached = reached_rules(tree, roots)
     likely = "" if marks_start(tree) else likely_start(tree)
     example = f", such as {likely}" if likely and (likely, 0) not in reached else ""
-    for rule in _rules(tree):
-        redefines_import = "." in rule.name.rstrip(".")
-        if key_of(rule) not in reached and not redefines_import and rule.keyword != "extension":
-            message = f"nothing leads from a start rule to the rule {rule.name}"
-            hint = f"mark a rule to begin with by @StartRule{example}"
-            remarks.warning("unreachable-rule", rule.location, message, hint)
+    unreachable = [
+        rule
+        for rule in _rules(tree)
+        if key_of(rule) not in reached and "." not in rule.name.rstrip(".") and rule.keyword != "extension"
+    ]
+    if unreachable:  # many, in a file of several start rules
+        first, others = unreachable[0], len(unreachable) - 1
+        more = f", nor to {others:,} {'other' if others == 1 else 'others'}" if others else ""
+        message = f"nothing leads from a start rule to the rule {first.name}{more}"
+        hint = f"mark a rule to begin with by @StartRule{example}"
+        remarks.warning("unreachable-rule", first.location, message, hint)
 
 
 def check_shadowed(tree: RuleFile, remarks: Remarks) -> None:

@@ -112,7 +112,7 @@ def predict(study: Study[Designs], state: State) -> Predicted:
     if scores[possible].any():
         words = words_of(table, scores, pool_designs.weights, study.tables(state.wide).addresses)
         words = words.displayed(study.space.display_names)
-        return Predicted(factors, scores, shares, replace(words, knowledge=knowledge_of(state)))
+        return Predicted(factors, scores, shares, replace(words, knowledge=knowledge_of(study, state)))
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
     finding = (
         "none of the models of the pool is predicted to be liked, so only the order of the predictions is used: score "

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from grammarlab.learning.round import State
+from grammarlab.learning.round import State, Study
 from grammarlab.preference.blended import BlendedPreference
 
+_ALIKE = "All models are alike: nothing that is drawn at random tells them apart, so there is nothing to learn."
 
-def knowledge_of(state: State) -> tuple[str, ...]:
+
+def knowledge_of(study: Study, state: State) -> tuple[str, ...]:
     """Sentences about the scores of each liked factor: two voices in them, no pattern, or not enough for one."""
+    if not study.table(state).features:
+        return (_ALIKE,)
     sentences = list[str]()
     for name in state.liked:
         preference, entry = state.preferences[name], state.heard.get(name)

@@ -130,7 +130,7 @@ class _Bench:
         return tuple(
             _in_file(_mistake_of(finding, each.text.splitlines()), Path(each.file), source.path)
             for each in self.checked
-            for finding in _gathered(each.findings)
+            for finding in each.findings
         )
 
     @staticmethod
@@ -168,19 +168,6 @@ def _is_as_checked(checked: CheckedFile) -> bool:
         return read_text(Path(checked.file)).removeprefix("\ufeff") == checked.text
     except LanguageError:  # removed
         return False
-
-
-def _gathered(findings: Sequence[Finding]) -> Iterator[Finding]:
-    """Findings of a file; of the rules that nothing leads to, many in a file of several start rules, only the first."""
-    others = sum(finding.code == "unreachable-rule" for finding in findings) - 1
-    is_first = True
-    for finding in findings:
-        if finding.code != "unreachable-rule":
-            yield finding
-        elif is_first:
-            is_first = False
-            more = f", nor to {others:,} {'other' if others == 1 else 'others'}" if others else ""
-            yield replace(finding, message=f"{finding.message}{more}")
 
 
 def _printed(texts: Sequence[str]) -> Iterator[Mistake]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
@@ -12,9 +13,11 @@ from urllib.parse import unquote
 
 from grammarlab.asset_roots import AssetRoot, library_of, place_of
 from grammarlab.assets.mesh_files import find_asset
+from grammarlab.derivation.expressions import VOCABULARY
 from grammarlab.derivation.forest import MissingAsset, by_path
 from grammarlab.derivation.functions import BUILTINS, SHAPE_ATTRIBUTES
 from grammarlab.derivation.functions.asset_functions import matching_files, names_below
+from grammarlab.derivation.functions.shape_attributes import KEY_ATTRIBUTES
 from grammarlab.derivation.operations import BLOCKS, LEFT_OUT, OPERATIONS
 from grammarlab.errors import AssetError, Finding, LanguageError, MissingAssetError, UnreadableAssetError, UsageError
 from grammarlab.features.accepted_models import annotations_of
@@ -145,6 +148,18 @@ def grammar_to_run(text: str, file: str) -> Grammar:
     if errors:
         raise LanguageError(errors, text)
     return grammar
+
+
+def draws_nothing(text: str) -> bool:
+    """Whether a rule file has no word that draws at random, so that all its models on a lot are equal.
+
+    Words in comments count as well: then a file may be said to draw although it does not.
+
+    >>> draws_nothing("Lot --> extrude(3)"), draws_nothing("Lot --> extrude(rand(3, 9))")
+    (True, False)
+    """
+    drawing = "|".join(VOCABULARY.draws | KEY_ATTRIBUTES | {"scatter"})
+    return re.search(rf"%|\b(?:{drawing})\b", text) is None
 
 
 def unsupported_features(grammar: Grammar) -> tuple[Finding, ...]:

@@ -297,12 +297,16 @@ def _model_name(request: SampleRequest, index: int) -> str:
 
 
 def _save_options(request: SampleRequest) -> SaveOptions:
-    """Options of saving the files of a run; models keep their places as `SampleRequest.is_in_place` says."""
+    """Options of saving the files of a run; models keep their places as `SampleRequest.is_in_place` says.
+
+    A model with a file of its own has a place if it stands on somebody's footprint.
+    """
+    has_places = request.is_in_place or (len(request.footprints) > 0 and not request.single_file)
     return SaveOptions(
         reuse=_REUSE[request.instancing],
         assets=request.assets,
         columns=request.columns or None,
-        in_place=request.is_in_place,
+        in_place=has_places,
         origin=request.origin,
         pivot=request.pivot,
     )

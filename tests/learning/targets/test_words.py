@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import grammarlab as gl
 from grammarlab.evaluation.preparation import true_scores
 from grammarlab.features.patterns.pattern import Draw, Formula
 from grammarlab.learning.designs.design_tables import Columns, DesignTable
@@ -133,6 +134,13 @@ def test_sums_of_things_are_told_as_numbers_of_these():
     assert words == Words(
         ("2 or more of these: Door, no Bay, A = B (100)",), ("at most 1 of these: Door, no Bay, A = B (0)",)
     )
+
+
+def test_designs_that_cannot_differ_teach_nothing_and_this_is_said():
+    grammar = gl.Grammar.parse("attr h = 3\nLot --> extrude(h) A")
+    result = gl.learn(grammar, lambda forest: np.full(forest.num_models, 50.0), budget=4, progress=None)
+    assert result.predicted.words.likes == ()
+    assert result.predicted.words.knowledge[0].startswith("All models are alike: ")
 
 
 def test_quantities_have_their_units():
