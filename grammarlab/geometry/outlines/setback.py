@@ -37,9 +37,10 @@ def setback(meshes: Meshes, distances: Floats, groups: Indices | None = None) ->
     Strips of neighbouring edges of one group are one piece, which begins with its first edge; a strip around the whole
     face has a keyhole. A strip that passes a fixed edge may have several parts. The remainder of a face, which
     may be several pieces, begins at the first edge of which it has a part. Between moved edges strips are mitred.
-    Beside an edge that stays, or moves less, a strip follows that edge where the corner is convex; at a reflex corner
-    it is cut off at right angles, or by the line of that edge where this is shorter. Pieces are ordered by face, then
-    by first edge, the remainder last. A face without area, or whose edges cross, is its own remainder.
+    Beside an edge that stays, or moves less, a strip ends on the line of that edge, as far as that has moved; on the
+    bisector where the outline turns left by at most 15 or right by at most 45 degrees, as in CityEngine. Pieces are
+    ordered by face, then by first edge, the remainder last. A face without area, or whose edges cross, is its own
+    remainder.
 
     Args:
         meshes: M meshes.
@@ -246,7 +247,7 @@ def _setback_patch(xy: Floats, steps: Sequence[float], names: Sequence[int]) -> 
     """The pieces of a polygon, and the first edge of each."""
     loops = rings(xy)
     corners = [corner for ring in loops for corner in ring]
-    result = sweep([xy[ring] for ring in loops], [steps[corner] for corner in corners], 1.0, square_cuts=True)
+    result = sweep([xy[ring] for ring in loops], [steps[corner] for corner in corners], 1.0, bisector_cuts=True)
     if result is None:
         whole = tuple(range(len(xy)))
         return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]

@@ -53,7 +53,7 @@ class Sweep:
 
 
 def sweep(
-    loops: Sequence[Floats], speeds: Sequence[float], until: float = math.inf, square_cuts: bool = False
+    loops: Sequence[Floats], speeds: Sequence[float], until: float = math.inf, bisector_cuts: bool = False
 ) -> Sweep | None:
     """Move the edges of a polygon inwards.
 
@@ -62,7 +62,7 @@ def sweep(
             clockwise outline alone is swept outwards and needs a time limit.
         speeds: speed of the edge that leaves each corner, loop after loop, metres per unit of time, 0 or more.
         until: time to stop; infinite until everything is swept.
-        square_cuts: whether cuts are square, see `Wavefront`.
+        bisector_cuts: whether cuts are along bisectors, see `Wavefront`.
 
     Returns:
         The subdivision, or None if the loops do not bound a simple polygon.
@@ -87,7 +87,7 @@ def sweep(
     limit = until * fastest / scale
     unit = (points - low) / scale
     for shake in (0.0, _JITTER, 10 * _JITTER):
-        result = _attempt(unit + shake * _jitter(len(unit)), loops, unit_speeds, limit, square_cuts)
+        result = _attempt(unit + shake * _jitter(len(unit)), loops, unit_speeds, limit, bisector_cuts)
         if result is not None:
             xy = result.xy * scale + low
             xy[: len(points)] = points
@@ -142,10 +142,10 @@ def _walk(start: int, following: dict[int, list[int]]) -> list[Loop]:
 
 
 def _attempt(
-    unit: Floats, loops: Sequence[Floats], speeds: Sequence[float], limit: float, square_cuts: bool
+    unit: Floats, loops: Sequence[Floats], speeds: Sequence[float], limit: float, bisector_cuts: bool
 ) -> Sweep | None:
     """A sweep of a polygon of unit size, or None if the swept areas do not fit together."""
-    front = Wavefront(square_cuts)
+    front = Wavefront(bisector_cuts)
     first = 0
     numbers: list[int] = []
     for loop in loops:

@@ -14,22 +14,28 @@ import heapq
 import math
 from dataclasses import dataclass, field
 from itertools import count, pairwise
+from typing import NamedTuple
 
 TOLERANCE = 1e-9
 """Largest distance of corners that count as met, in a polygon of about unit size."""
 _PARALLEL = 1e-9
 """Largest cross product of the directions of parallel edges."""
+_BLUNT_REFLEX = math.sin(math.radians(45.0)) + _PARALLEL
+"""Sine of the largest turn of a reflex corner where strips of different depth end on its bisector: measured in
+CityEngine's runtime to 0.1 degrees."""
+_BLUNT_CONVEX = math.sin(math.radians(15.0)) + _PARALLEL
+"""The same for convex corners."""
 
 
 class Wavefront:
     """A moving wavefront. Add closed loops, then call `run` once.
 
     Args:
-        square_cuts: whether a fast edge beside a slow one at a reflex corner is cut off at right angles; otherwise it
-            follows the slow edge, which makes a spike.
+        bisector_cuts: whether a fast edge beside a slow one is cut off along the bisector of a corner that turns by at
+            most `_BLUNT_REFLEX` or `_BLUNT_CONVEX`, as in CityEngine; otherwise it always follows the slow edge.
     """
 
-    def __init__(self, square_cuts: bool = False) -> None:
+    def __init__(self, bisector_cuts: bool = False) -> None:
         self.nodes: list[tuple[float, float, float]] = []
         """x, y and time of every place where corners were born or met."""
         self.arcs: list[tuple[int, int, int]] = []
@@ -38,7 +44,7 @@ class Wavefront:
         self._corners: dict[_Corner, None] = {}
         self._events: list[tuple[float, int, _Corner, _Corner | _Edge]] = []
         self._ticket = count()
-        self._square_cuts = square_cuts
+        self._bisector_cuts = bisector_cuts
 
     def add_loop(self, loop: list[tuple[float, float]], speeds: list[float], indices: list[int]) -> None:
         """A closed outline with its inside to the left: corners, and for the edges that leave them speed and index."""
@@ -82,11 +88,15 @@ class Wavefront:
         cross = before.dx * after.dy - before.dy * after.dx
         dot = before.dx * after.dx + before.dy * after.dy
         fast, slow = max(before.speed, after.speed), min(before.speed, after.speed)
-        overtakes = slow < dot * fast * (1.0 - _PARALLEL)
-        if overtakes and (abs(cross) < _PARALLEL or (self._square_cuts and cross < 0)):
+        bluntest = _PARALLEL
+        if self._bisector_cuts:
+            bluntest = _BLUNT_REFLEX if cross < 0.0 else _BLUNT_CONVEX
+        if slow < fast * (1.0 - _PARALLEL) and dot > 0.0 and abs(cross) <= bluntest:
             first = before.speed == fast
-            dx, dy = (-before.nx, -before.ny) if first else (after.nx, after.ny)
-            cut = _Edge((before if first else after).index, dx, dy, dx * y - dy * x, 0.0)
+            dx, dy = before.nx + after.nx, before.ny + after.ny
+            scale = (-1.0 if first else 1.0) / math.hypot(dx, dy)
+            dx, dy = scale * dx, scale * dy
+            cut = _Edge((before if first else after).index, dx, dy, dx * y - dy * x, 0.0, is_cut=True)
             self._edges.append(cut)
             pairs = [(before, cut), (cut, after)]
         else:
@@ -184,8 +194,11 @@ class Wavefront:
         """Join each chain's leaving edge to the arriving edge of the next chain around the node."""
         born: list[_Corner] = []
         for chain, following in zip(chains, chains[1:] + chains[:1], strict=True):
-            run = self._join(following.arriving, chain.leaving, node, time)
-            run[0].previous, run[-1].next = following.previous, chain.next
+            gap = _Gap(following.previous, following.arriving, node, chain.leaving, chain.next)
+            if len(chains) == 1:
+                gap = self._over_cut(gap, time)
+            run = self._join(gap.arriving, gap.leaving, gap.node, time)
+            run[0].previous, run[-1].next = gap.previous, gap.next
             for first, second in pairwise(run):
                 first.next, second.previous = second, first
             born += run
@@ -199,15 +212,37 @@ class Wavefront:
             if corner.alive:
                 self._plan(corner)
 
+    def _over_cut(self, gap: _Gap, time: float) -> _Gap:
+        """The gap to join; a moving edge that has come up to a cut in its line takes it along.
+
+        A cut stands where an edge has passed another one, and is no edge of the outline.
+        """
+        before, after = gap.arriving, gap.leaving
+        dot = before.dx * after.dx + before.dy * after.dy
+        in_line = abs(before.dx * after.dy - before.dy * after.dx) < _PARALLEL and dot > 0.0
+        if not in_line or gap.previous is gap.next or before.speed == after.speed:
+            return gap
+        if before.is_cut:
+            corner = gap.previous
+            end = self._place(corner, time)
+            self._arc(before.index, gap.node, end)
+            self._arc(after.index, end, gap.node)
+            gap = _Gap(corner.previous, corner.before, end, after, gap.next)
+        elif after.is_cut:
+            corner = gap.next
+            end = self._place(corner, time)
+            self._arc(after.index, end, gap.node)
+            self._arc(before.index, gap.node, end)
+            gap = _Gap(gap.previous, before, end, corner.after, corner.next)
+        else:
+            return gap
+        self._end(corner, end)
+        return gap
+
     def _close(self, corner: _Corner, time: float) -> None:
         """End a loop of two edges, which coincide."""
         ends = [corner] if corner.next is corner else [corner, corner.next]
-        nodes = []
-        for end in ends:
-            x, y = end.position(time)
-            born = self.nodes[end.node]
-            near = abs(x - born[0]) <= TOLERANCE and abs(y - born[1]) <= TOLERANCE
-            nodes.append(end.node if near else self._node(x, y, time))
+        nodes = [self._place(end, time) for end in ends]
         for end, node, other in zip(ends, nodes, nodes[::-1], strict=True):
             self._end(end, node)
             self._arc(end.after.index, other, node)
@@ -252,6 +287,13 @@ class Wavefront:
         if start != end:
             self.arcs.append((index, start, end))
 
+    def _place(self, corner: _Corner, time: float) -> int:
+        """The node where a corner is at a time: that of its birth if it has not moved."""
+        x, y = corner.position(time)
+        born = self.nodes[corner.node]
+        has_moved = abs(x - born[0]) > TOLERANCE or abs(y - born[1]) > TOLERANCE
+        return self._node(x, y, time) if has_moved else corner.node
+
     def _node(self, x: float, y: float, time: float) -> int:
         self.nodes.append((x, y, time))
         return len(self.nodes) - 1
@@ -267,6 +309,8 @@ class _Edge:
     dy: float
     start: float
     speed: float
+    is_cut: bool = False
+    """Whether it is no edge of the outline but stands where a fast edge has passed a slow one."""
     corners: dict[_Corner, None] = field(default_factory=dict)
     """Live corners at the beginning of pieces of this edge, in order of birth."""
 
@@ -348,6 +392,16 @@ class _CornerRun:
     next: _Corner
     direction: float = 0.0
     """Angle towards the middle of the swept side."""
+
+
+class _Gap(NamedTuple):
+    """A place of the wavefront where two edges are to be joined."""
+
+    previous: _Corner
+    arriving: _Edge
+    node: int
+    leaving: _Edge
+    next: _Corner
 
 
 def _outer_direction(arriving: _Edge, leaving: _Edge) -> float:

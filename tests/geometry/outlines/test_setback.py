@@ -92,10 +92,42 @@ def test_no_distance_leaves_the_whole_as_remainder():
         assert result.meshes.points.tolist() == lot.points.tolist()
 
 
-def test_a_strip_at_a_blunt_reflex_corner_is_cut_off_at_right_angles():
-    ring = np.array([(0, 0), (10, 0), (20, -1), (20, 10), (0, 10)], float)
-    result = setback(lots([ring]), np.array([2.0, 0.0, 0.0, 0.0, 0.0]))
-    assert signed(result.meshes) == pytest.approx([20.0, area(ring) - 20.0])
+@pytest.mark.parametrize(
+    ("turn", "moved", "end"),
+    [  # where the strip ends, from the corner in metres, as in the runtime
+        (-60.0, 0, (-1.155, 2.0)),
+        (-45.1, 0, (-1.993, 2.0)),
+        (-44.9, 0, (0.826, 2.0)),
+        (-32.0, 0, (0.573, 2.0)),
+        (-32.0, 1, (0.573, 2.0)),
+        (-46.0, 1, (2.780, 0.0)),
+        (2.0, 0, (-0.035, 2.0)),
+        (14.9, 0, (-0.261, 2.0)),
+        (16.0, 0, (6.975, 2.0)),
+        (20.0, 1, (-5.848, 0.0)),
+        (60.0, 0, (1.155, 2.0)),
+    ],
+)
+def test_a_strip_ends_on_the_line_of_an_edge_that_stays_or_on_the_bisector_of_a_blunt_corner(turn, moved, end):
+    corner, angle = np.array([10.0, 0.0]), math.radians(turn)
+    bend = corner + 10.0 * np.array([math.cos(angle), math.sin(angle)])
+    last = [(10.0, 30.0)] if turn > 0.0 else [(35.0, bend[1] - 2.0), (35.0, 20.0)]
+    ring = np.array([(0.0, 0.0), corner, bend, *last, (0.0, 30.0)])
+    distances = np.zeros(len(ring))
+    distances[moved] = 2.0
+    result = setback(lots([ring]), distances)
+    rest = np.flatnonzero(result.group == REMAINDER)
+    points = result.meshes.points[result.meshes.corner_points()[result.meshes.face_offsets[rest[0]] :]][:, [0, 2]]
+    expected = np.array([corner[0] + end[0], -end[1]])
+    assert np.abs(points - expected).max(axis=1).min() < 2e-3
+
+
+def test_what_has_swept_past_a_reflex_corner_is_taken_along_by_the_edge_that_comes_up_to_it():
+    # The foot of a T in steps of 3, 0 and 4 m: the right side sweeps all behind it, as in the runtime.
+    ring = np.array([(0, 0), (3, 0), (3, 1.5), (3, 9), (-10, 9), (-10, 1.5), (0, 1.5)], float)
+    result = setback(lots([ring]), np.array([3.0, 4, 4, 0, 0, 0, 0]), np.zeros(7, int))
+    rest = result.meshes.points[result.meshes.corner_points()[result.meshes.face_offsets[-2] :]][:, [0, 2]]
+    assert sorted(np.round(rest, 9).tolist()) == [[-10.0, -9.0], [-10.0, -1.5], [-1.0, -9.0], [-1.0, -1.5]]
 
 
 def wings(meshes: Meshes, **depths: np.ndarray | float) -> Setback:

@@ -108,7 +108,7 @@ def _area_below(result, loop, until):
 def test_edges_at_their_own_speeds_fill_the_polygon_too(ring, data):
     steps = st.lists(st.sampled_from([0.0, 0.1, 0.2, 0.25]), min_size=len(ring), max_size=len(ring))
     speeds = [step * math.sqrt(area(ring)) for step in data.draw(steps)]
-    result = sweep([ring], speeds, 1.0, square_cuts=True)
+    result = sweep([ring], speeds, 1.0, bisector_cuts=True)
     assert result is not None
     swept = [loop_area(result.xy, loop) for faces in result.faces for loop in faces]
     left = [loop_area(result.xy, loop) for loop in result.rest]
