@@ -17,7 +17,7 @@ import numpy as np
 
 from grammarlab.arrays import Ints
 from grammarlab.errors import FacadeError
-from grammarlab.facade.editing.grids import is_background
+from grammarlab.facade.editing.grids import is_background, single_shops
 from grammarlab.facade.editing.pieces import WHOLE, part_of, take
 from grammarlab.facade.editing.variations import Variation, check_depth
 from grammarlab.facade.grid import Grid
@@ -75,26 +75,38 @@ class _Composer:
         self.solid, self.is_solid = solid, frozenset(solid.tolist())
         hard = is_background(facade) & (facade.axis == LEAF)
         hard[solid] = True
+        self.is_shop = single_shops(facade).tolist()
         self._hard_before = np.append(0, hard.cumsum()).tolist()
         self._solid_low, self._solid_high = low[solid] + self.slack, high[solid] - self.slack
 
-    def is_protected(self, node: int, cut: float, other: float) -> bool:
+    def is_protected(self, node: int, span: _Span, cut: float, other: float) -> bool:
         """Whether a cut would cross a part of a row that should not be cut.
 
         Args:
             node: a part of a row along the axis.
-            cut: start or end of an interval, metres.
+            span: a part of an interval.
+            cut: start or end of the span, metres.
             other: where the result goes on there, metres.
         """
         low, high = self.low[node] + self.slack, self.high[node] - self.slack
         if not low < cut < high:
             return False
         if self.is_soft(node):
-            # What is longer than the repeated part, as a cornice, goes on behind the cut.
-            return not low < other < high and high - low < abs(other - cut)
+            # What is longer than the repeated part, as a cornice, goes on behind the cut, unless only its end is there.
+            period = abs(other - cut)
+            return not low < other < high and (high - low < period or self._is_stub(node, span, period))
         if self.axis[node] == LEAF or node in self.is_solid:
             return self._crosses_opening(node, cut)
         return any(self._is_rigid(child, cut) for child in self.facade.children[node].tolist())
+
+    def _is_stub(self, node: int, span: _Span, period: float) -> bool:
+        """Whether a span shows less than half of a node, which takes up less than half of it and of a length, metres.
+
+        A shop window stays cut, which is a fault: a ground floor with whole ones is better than one without them.
+        """
+        overlap = min(span.high, self.high[node]) - max(span.low, self.low[node])
+        whole = min(self.high[node] - self.low[node], span.high - span.low, period)
+        return not self.is_shop[node] and 2.0 * overlap < whole
 
     def _is_rigid(self, node: int, cut: float) -> bool:
         """Whether a cut crosses an opening in a node, and it has no row with walls that can bend around it."""
@@ -111,6 +123,20 @@ class _Composer:
     def is_soft(self, node: int) -> bool:
         """Whether a node is an element, or several side by side, without walls and openings."""
         return self._hard_before[self.facade.end[node]] == self._hard_before[node]
+
+    def _can_grow(self, node: int, end: int) -> bool:
+        """Whether a node can be longer without longer openings.
+
+        Args:
+            node: the node.
+            end: the end where it grows: 0 for its start, -1 for its end.
+        """
+        if node in self.is_solid or self.axis[node] == LEAF:
+            return node not in self.is_solid
+        children = self.facade.children[node].tolist()
+        return all(
+            self._can_grow(child, end) for child in (children if self.axis[node] != self.along else [children[end]])
+        )
 
     def part(self, node: int, spans: tuple[_Span, ...], low: float, high: float) -> _Part:
         """A node over some spans of it, from a start to an end in the result."""
@@ -148,15 +174,15 @@ class _Composer:
             if high - low <= self.slack:
                 continue
             middle = 0.5 * (self.low[child] + self.high[child])
-            cut_low = self.is_protected(child, span.low, span.before)
-            cut_high = self.is_protected(child, span.high, span.after)
+            cut_low = self.is_protected(child, span, span.low, span.before)
+            cut_high = self.is_protected(child, span, span.high, span.after)
             drop_low = cut_low and (middle < span.low or child == previous)
             drop_high = cut_high and middle >= span.high
             if self.is_soft(child):
-                # Without a wall beside it, an opening would have to fill its place.
-                is_stuck = drop_low and not self.wall[children[min(index + 1, len(children) - 1)]]
+                # Something that can be longer has to fill its place, and no opening.
+                is_stuck = drop_low and not any(self._can_grow(one, 0) for one in children[index + 1 : index + 2])
                 drop_low, cut_low = drop_low and not is_stuck, cut_low and not is_stuck
-                is_stuck = drop_high and not (inside and self.wall[inside[-1].source])
+                is_stuck = drop_high and not any(self._can_grow(one.source, -1) for one in inside[-1:])
                 drop_high, cut_high = drop_high and not is_stuck, cut_high and not is_stuck
             if cut_low and cut_high:
                 drop_low = drop_high = child == previous

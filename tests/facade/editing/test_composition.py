@@ -82,3 +82,19 @@ def test_a_storey_of_another_rhythm_bends_around_its_openings_and_a_cornice_is_e
     assert made.facade.position[door, X] == np.float64(3.2)
     assert np.isclose(made.facade.size[door, X], 1.6)
     check(replace(made.facade, grids=()))
+
+
+def test_the_end_of_a_portal_of_the_column_before_is_not_repeated() -> None:
+    """The portal is longer than the repeated column, as a cornice is, but ends soon after its start."""
+    bay = [leaf("wall", 0.5, 2.0), leaf("window", 1.0, 2.0), leaf("wall", 0.5, 2.0)]
+    above = across(*bay * 4)
+    # Beside the end of the portal, at 4.2 m, a cornice and a wall share its height.
+    beside = stacked(leaf("wall", 3.8, 0.5), leaf("molding", 3.8, 0.5))
+    portal = across(leaf("wall", 1.8, 1.0), leaf("deco", 2.4, 1.0), beside)
+    facade = built(stacked(portal, above))
+    elements = find_elements(facade, X)
+    made = composed(unedited(facade), X, [(0.0, 6.0), (4.0, 6.0), (4.0, 8.0)], elements.uncut).facade
+    names = [made.name_of(node) for node in made.leaves.tolist()]
+    assert (names.count("window"), names.count("deco"), names.count("molding")) == (6, 1, 1)
+    deco = made.leaves[names.index("deco")]
+    assert np.allclose([made.position[deco, X], made.size[deco, X]], [1.8, 2.4])
