@@ -153,6 +153,23 @@ def units_of_calls(tree: RuleFile) -> dict[int, str]:
     >>> sorted(units_of_calls(grammar.tree).values())
     ['m', '°']
     """
+    return {number: unit for number, unit in _followed(tree).calls.items() if unit}
+
+
+def units_of_attributes(tree: RuleFile) -> dict[str, str]:
+    """Units of attributes, constants and functions by name, without those that are unknown.
+
+    >>> from grammarlab.language.grammar import Grammar
+    >>> units_of_attributes(Grammar.parse("attr height = 9 attr tilt = 3 Lot --> extrude(height) r(0, tilt, 0) A").tree)
+    {'height': 'm', 'tilt': '°'}
+    """
+    demands = _followed(tree)
+    units = {**demands.units, **demands.stated}
+    return {name: unit for (owner, _, name), unit in units.items() if unit and not owner}
+
+
+def _followed(tree: RuleFile) -> _Demands:
+    """All that follows from a file."""
     values = [node for node in tree.definitions if isinstance(node, Attribute | Function)]
     nodes = [(node, _owner(definition)) for definition in tree.definitions for node in walk(definition)]
     sizes = [(size, unit, owner) for node, owner in nodes for size, unit in _sizes(node)]
@@ -175,7 +192,7 @@ def units_of_calls(tree: RuleFile) -> dict[int, str]:
         for node in values:
             for leaf in alternatives(node.value):
                 demands.demand(leaf, demands.of_key((*_GLOBAL, node.name)), _owner(node))
-    return {number: unit for number, unit in demands.calls.items() if unit}
+    return demands
 
 
 def unit_of_result(operation: str, units: Sequence[str | None]) -> str | None:

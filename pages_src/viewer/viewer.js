@@ -240,6 +240,8 @@ export function show(canvas, { damping = true, picked = () => {}, named = () => 
     shadow.left = shadow.bottom = -1.6 * radius;
     shadow.right = shadow.top = 1.6 * radius;
     shadow.far = 6 * radius;
+    // Two texels along the normal: a wall at a grazing angle of the sun casts no stripes on itself.
+    sun.shadow.normalBias = (2 * 3.2 * radius) / sun.shadow.mapSize.width;
     shadow.updateProjectionMatrix();
     ground.position.set(center.x, floor - 0.001 * radius, center.z);
     ground.scale.setScalar(6 * radius);

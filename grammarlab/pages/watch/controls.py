@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from grammarlab.language.checking.percentages import constant
+from grammarlab.language.dimensions import units_of_attributes
 from grammarlab.language.display_names import DisplayNames
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.syntax_tree import (
@@ -29,7 +30,7 @@ class Control:
 
     name: str
     label: str
-    """Its name in words."""
+    """Its name in words, with its unit if that is known."""
     group: str
     """First text of ``@Group``; empty without one."""
     kind: Literal["number", "text", "switch", "menu", "color"]
@@ -53,23 +54,23 @@ def controls_of(grammar: Grammar) -> tuple[Control, ...]:
     >>> [(control.label, control.kind, control.high, control.choices) for control in controls_of(grammar)]
     [('num floors', 'number', 5.0, ()), ('roof', 'menu', None, ('flat', 'gable'))]
     """
-    names = DisplayNames.of(grammar.tree)
+    names, units = DisplayNames.of(grammar.tree), units_of_attributes(grammar.tree)
     attributes = [each for each in grammar.attributes.values() if not each.constant and not _annotation(each, "hidden")]
     groups = {"": (-1.0, -1)}
     for place, attribute in enumerate(attributes):
         groups.setdefault(_group(attribute), (_number(_annotation(attribute, "group"), 1), place))
     # Of equal order as in the text.
     ordered = sorted(attributes, key=lambda each: (groups[_group(each)], _order(each)))
-    return tuple(_control(attribute, names) for attribute in ordered[:MAX_CONTROLS])
+    return tuple(_control(attribute, names, units.get(attribute.name, "")) for attribute in ordered[:MAX_CONTROLS])
 
 
-def _control(attribute: Attribute, names: DisplayNames) -> Control:
+def _control(attribute: Attribute, names: DisplayNames, unit: str) -> Control:
     kind, value = _kind_and_value(attribute)
     choices = tuple(_texts(_annotation(attribute, "enum")))
     low, high, step = _range(_annotation(attribute, "range"))
     return Control(
         name=attribute.name,
-        label=names.text(attribute.name),
+        label=names.text(attribute.name) + (f" ({unit})" if unit else ""),
         group=_group(attribute),
         kind="menu" if choices else "color" if kind == "text" and _annotation(attribute, "color") else kind,
         value=value,

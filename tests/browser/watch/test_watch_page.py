@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from PIL import Image
 from playwright.sync_api import Page, expect
 
 from grammarlab.pages.watch.watcher import PAGE, Watcher
@@ -12,6 +15,24 @@ from tests.browser.accessible import expect_accessible
 from tests.browser.in_process import PageThread
 from tests.browser.late import deaf
 from tests.pages.watch.test_watcher import RULES
+
+
+def test_a_wall_casts_no_shadow_on_itself(windows: Any, tmp_path: Path):
+    """A lit wall of one colour is of one colour in the picture: no stripes of its own shadow."""
+    file = tmp_path / "block.cga"
+    file.write_text('Lot --> extrude(20) color("#66cc33") Block.')
+    thread = PageThread(Watcher(str(file)), PAGE)
+    try:
+        page = windows(thread.address, size=(1100, 800))
+        canvas = page.locator("canvas")
+        expect(canvas).to_have_attribute("data-shown", "0 0")
+        picture = np.asarray(Image.open(BytesIO(canvas.screenshot())).convert("RGB")).astype(np.float64)
+    finally:
+        thread.close()
+    height, width = picture.shape[:2]
+    left = picture[int(0.5 * height) : int(0.65 * height), int(0.33 * width) : int(0.46 * width)]
+    assert left.mean(axis=(0, 1)).argmax() == 1  # the wall, not the sky
+    assert left.std(axis=(0, 1)).max() < 0.6  # stripes have 2.4
 
 
 def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_path: Path):
@@ -28,13 +49,13 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         expect(status).to_have_text("8 shapes")
         before = canvas.screenshot()
         # A slider, a menu and a way back.
-        slider = page.get_by_role("slider", name="height, slider")
+        slider = page.get_by_role("slider", name="height (m), slider")
         slider.focus()
         slider.press("End")
-        expect(page.get_by_label("height", exact=True)).to_have_value("30")
+        expect(page.get_by_label("height (m)", exact=True)).to_have_value("30")
         page.get_by_label("roof", exact=True).select_option("gable")
-        page.get_by_role("button", name="height: as in the file").click()
-        expect(page.get_by_label("height", exact=True)).to_have_value("12")
+        page.get_by_role("button", name="height (m): as in the file").click()
+        expect(page.get_by_label("height (m)", exact=True)).to_have_value("12")
         page.get_by_label("paint, palette").fill("#336699")
         expect(page.get_by_label("paint", exact=True)).to_have_value("#336699")
         # A mistake is told at its line, and the next save is a picture.
@@ -47,7 +68,7 @@ def test_a_save_becomes_a_picture_and_everything_has_a_key(windows: Any, tmp_pat
         file.write_text(RULES.replace("= 12", "= 25"))
         expect(mistake).to_have_count(0)
         expect(status).to_have_text("8 shapes")
-        expect(page.get_by_label("height", exact=True)).to_have_value("25")
+        expect(page.get_by_label("height (m)", exact=True)).to_have_value("25")
         # Keys: two models on though nothing is confirmed, the dice, the rule of a part, a step back.
         canvas.focus()
         with deaf(page):

@@ -44,7 +44,7 @@ def made(file: Path, wanted: Wanted) -> MadeModel:
 def test_controls_are_those_of_annotations_in_their_order():
     controls = controls_of(Grammar.parse(RULES))
     assert controls == (
-        Control("height", "height", "", "number", "12", 3.0, 30.0, 1.0),
+        Control("height", "height (m)", "", "number", "12", 3.0, 30.0, 1.0),
         Control("paint", "paint", "", "color", "#A0522d"),
         Control("hasDoor", "has door", "", "switch", "true"),
         Control("storey", "storey", "", "number", ""),
