@@ -244,7 +244,7 @@ class _Composer:
             row[0].low, row[-1].high = low, high
         for before, after in pairwise(row):
             firmness = self._firmness(before.source) - self._firmness(after.source)
-            if not firmness and before.high > after.low + self.slack and (before.protrudes or after.protrudes):
+            if not firmness and (before.protrudes or after.protrudes) and self._collide(before, after):
                 # Both are at their places elsewhere: one of them is enough here.
                 left_out = before if before.protrudes else after
                 return self._fitted([one for one in row if one is not left_out], low, high)
@@ -252,6 +252,13 @@ class _Composer:
             before.high = after.low = meet
         remaining = [one for one in row if one.high - one.low > self.slack]
         return self._fitted(remaining, low, high) if len(remaining) < len(row) else row
+
+    def _collide(self, before: _Part, after: _Part) -> bool:
+        """Whether two parts overlap, and more than some walls and elements between their openings would give way."""
+        overlap = before.high - after.low
+        shorter = min(before.high - before.low, after.high - after.low)
+        gives_way = self._can_grow(before.source, -1) and self._can_grow(after.source, 0)
+        return overlap > self.slack and not (gives_way and 2.0 * overlap < shorter)
 
     def _firmness(self, node: int) -> int:
         return 0 if self.wall[node] else 1 if self.is_soft(node) else 2

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from grammarlab.facade.editing.composition import composed
 from grammarlab.facade.editing.variations import unedited
 from grammarlab.facade.editing.wall_slabs import find_elements
-from grammarlab.facade.tree import Facade, X, check
+from grammarlab.facade.tree import Facade, X, Y, check
 from tests.facade.gridded import transposed
 from tests.facade.integers import integer_facades
 from tests.facade.samples import across, built, leaf, stacked, windows
@@ -98,3 +98,20 @@ def test_the_end_of_a_portal_of_the_column_before_is_not_repeated() -> None:
     assert (names.count("window"), names.count("deco"), names.count("molding")) == (6, 1, 1)
     deco = made.leaves[names.index("deco")]
     assert np.allclose([made.position[deco, X], made.size[deco, X]], [1.8, 2.4])
+
+
+def test_a_cut_just_inside_of_a_window_repeats_it_whole_and_the_moulding_below_it_gives_way() -> None:
+    storey = across(
+        leaf("wall", 0.5, 2.5), stacked(leaf("molding", 1.0, 0.5), leaf("window", 1.0, 2.0)), leaf("wall", 0.5, 2.5)
+    )
+    cornice = across(leaf("wall", 0.5, 1.0), leaf("cornice", 1.0, 1.0), leaf("wall", 0.5, 1.0))
+    facade = built(stacked(leaf("wall", 2.0, 2.0), storey, cornice, leaf("wall", 2.0, 0.7)))
+    elements = find_elements(facade, Y)
+    # The window begins at 2.5 m. With its moulding, the storey is higher than the room between the cuts.
+    made = composed(unedited(facade), Y, [(0.0, 5.6), (2.52, 5.6), (2.52, 6.2)], elements.uncut).facade
+    heights: dict[str, list[float]] = {}
+    for node in made.leaves.tolist():
+        heights.setdefault(made.name_of(node), []).append(round(float(made.size[node, Y]), 6))
+    assert heights["window"] == [2.0, 2.0, 2.0]
+    assert len(heights["cornice"]) == len(heights["molding"]) == 3
+    assert max(heights["cornice"] + heights["molding"]) <= 1.0
