@@ -83,7 +83,7 @@ class Wavefront:
         return self._stop(until)
 
     def _join(self, before: _Edge, after: _Edge, node: int, time: float) -> list[_Corner]:
-        """New corners, not yet linked, between two edges at a node: one, or two with a cut at right angles between."""
+        """New corners, not yet linked, between two edges at a node: one, or two with a cut between."""
         x, y, _ = self.nodes[node]
         cross = before.dx * after.dy - before.dy * after.dx
         dot = before.dx * after.dx + before.dy * after.dy
