@@ -2,8 +2,8 @@
 
 What remains is at least so far from each edge. Most lots keep all their edges: their new corners are where the moved
 lines of neighbouring edges meet. From the others, the area that each edge sweeps is cut off. Unlike in
-`grammarlab.geometry.outlines.setback`, an edge sweeps all of its distance even if it is short, and hundreds of
-thousands of lots take seconds.
+`grammarlab.geometry.outlines.setback`, corners that hardly turn are mitred too, an edge sweeps all of its distance even
+if it is short, and hundreds of thousands of lots take seconds.
 """
 
 from __future__ import annotations
