@@ -27,6 +27,8 @@ Rows = ArrayLike | SparseRows
 
 MAX_SCORE = 100.0
 """Highest score; the lowest is 0 for disliked models."""
+MIDDLE = MAX_SCORE / 2.0
+"""Score in the middle."""
 MIN_SHARE = 1e-3
 """Smallest share of one of several explanations in predictions; those below it are left out."""
 LIKED_SHARE = 0.25
@@ -37,6 +39,10 @@ MANY_LABELS = 160
 """Number of labels from which on a part of the searches, or of the labels, is enough. More are only slower."""
 FEW = 3
 """Number of trees, persons, starts or sweeps that are made where one alone might do. More are only slower."""
+SEVERAL = 8
+"""Number of alternatives that a search continues with, those that a screening ranks first. More are only slower."""
+MANY = 24
+"""Number of alternatives that are compared exactly, those that a screening ranks first. More are only slower."""
 HOPELESS = 12.0
 """Loss in nats that a search does not expect to make up for."""
 SCORE_STEP = 1.0

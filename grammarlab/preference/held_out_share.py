@@ -38,8 +38,8 @@ one bound more or less decides about many of the scores that boxes disputed."""
 _LIKELIHOOD_POWER = 0.25
 """Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
 their structure from all scores."""
-_EVIDENCE_POWER = 0.5
-"""Power of the evidence of lines on that of cells: each is that of the best explanation, of many."""
+EVIDENCE_POWER = 0.5
+"""Power of the evidence of a part: it is that of the best explanation of many, found with all labels."""
 NUM_FOLDS = 3
 """Number of parts of the labels, each held out once."""
 
@@ -111,7 +111,7 @@ def held_out(rows: Floats, scores: Floats, continuous: Flags, seed: int, parts: 
     share = _share(rows, scores, predicted[:2], cells)
     without_line = share * predicted[0] + (1.0 - share) * predicted[1]
     # Lines and cells have an evidence of their own, which says more than held-out scores.
-    odds = float(np.exp(np.clip(_EVIDENCE_POWER * (1.0 - share) * advantage, -_MAX_LOG_ODDS, _MAX_LOG_ODDS)))
+    odds = float(np.exp(np.clip(EVIDENCE_POWER * (1.0 - share) * advantage, -_MAX_LOG_ODDS, _MAX_LOG_ODDS)))
     both = np.stack([predicted[2], without_line])
     is_open = len(line.columns) > 0 and not _explains_all(cells)
     line_share = share_by(both, scores, _designs(rows), _ODDS_OF_OTHERS / odds) if is_open else 0.0

@@ -15,6 +15,7 @@ import io
 import json
 import math
 import re
+import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields, replace
 from decimal import Decimal
@@ -43,7 +44,7 @@ MAX_LABELS = 500_000
 _DIGITS = re.compile(r"-?[0-9]{1,4300}")
 _WITH_ZEROS = re.compile(r"(-?[0-9]{1,4300})[.,](0+)")
 _ROUNDED = re.compile(r"-?[0-9]+([.,][0-9]+)?[eE]\+?[0-9]+")
-_EXACT = 1 << 53
+_EXACT = sys.float_info.radix**sys.float_info.mant_dig
 """Integers below this are exact as floats of 64 bits."""
 _NO_SCORE = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none"))
 _KEEP = "integers of more than 15 digits lose some in spreadsheets and in floats. Keep this column as text."

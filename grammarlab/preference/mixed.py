@@ -22,7 +22,7 @@ from grammarlab.preference.belief import belief, believed
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
 from grammarlab.preference.cells import partition
 from grammarlab.preference.cells.partition import PartitionPreference
-from grammarlab.preference.held_out_share import NUM_FOLDS, PROCESS_SHARES, Sketch, mean_share
+from grammarlab.preference.held_out_share import EVIDENCE_POWER, NUM_FOLDS, PROCESS_SHARES, Sketch, mean_share
 from grammarlab.preference.labels import Kind
 from grammarlab.preference.observations import checked_groups, checked_kinds
 from grammarlab.preference.person import MODEL_NOISE, START_BLUNDERS, START_NOISES, Intervals, Person, matched
@@ -38,9 +38,6 @@ from grammarlab.preference.processes.label_kinds import (
 )
 from grammarlab.preference.processes.posterior import Hyperparameters
 from grammarlab.preference.unexplained import Unexplained, unexplained
-
-_HELD_OUT_POWER = 0.5
-"""Power of the likelihood of held-out labels: cells keep the structure that they found with these."""
 
 
 def fit(
@@ -196,8 +193,8 @@ def _judged(
     price = flat.person.price
     return _Judged(
         share=share,
-        process_gain=_HELD_OUT_POWER * float(evidence[-2] - price - evidence[-1]),
-        cells_gain=_HELD_OUT_POWER * float(evidence[0] - price - evidence[-1]),
+        process_gain=EVIDENCE_POWER * float(evidence[-2] - price - evidence[-1]),
+        cells_gain=EVIDENCE_POWER * float(evidence[0] - price - evidence[-1]),
         flat=flat,
         sketches=tuple(sketches),
     )

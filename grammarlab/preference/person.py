@@ -57,7 +57,7 @@ NOISE_PRIOR = (1.0, 1.0)
 
 DISLIKED = 0.25
 """Prior probability that a value is 0."""
-_VALUE_STEP = 4.0
+VALUE_STEP = 4.0
 """Step of the possible values, in points."""
 
 HALF_STEP = 0.5
@@ -171,7 +171,7 @@ def intervals_of_kinds(scores: Floats, kinds: Sequence[Kind], middle: float) -> 
 
 def possible_values() -> Floats:
     """[G] possible values of designs in points, from 0 to 100 in even steps."""
-    return np.arange(0.0, MAX_SCORE + _VALUE_STEP / 2.0, _VALUE_STEP)
+    return np.arange(0.0, MAX_SCORE + VALUE_STEP / 2.0, VALUE_STEP)
 
 
 def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blunders: float) -> Singles:

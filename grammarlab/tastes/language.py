@@ -26,8 +26,6 @@ from grammarlab.tastes.quantities import Block, as_block
 
 MAX_CANDIDATES = 20_000
 """Largest number of candidates."""
-MAX_VALUES = 12_000_000
-"""Largest number of values of all candidates; for more designs there are fewer candidates."""
 _DIGITS = 9
 """Number of digits by which columns differ."""
 
@@ -131,19 +129,17 @@ def priced(blocks: Sequence[Block], num_productions: int) -> list[_Priced]:
 
 def collected(productions: Sequence[Sequence[_Priced]], elements: Elements) -> Candidates:
     """The different columns of productions for the designs of some elements."""
-    num = elements.num
-    most = min(MAX_CANDIDATES, MAX_VALUES // max(num, 1))
     place, makers, priors = dict[bytes, int](), list[Callable[[], Feature]](), list[float]()
-    columns = np.empty((most, num))
-    for block, price in _in_order(productions, most):
-        if len(makers) >= most:
+    columns = np.empty((MAX_CANDIDATES, elements.num))
+    for block, price in _in_order(productions, MAX_CANDIDATES):
+        if len(makers) >= MAX_CANDIDATES:
             break
         values, prior = block.values(), math.exp(-price)
         for index, form in _forms(values):
             known = place.setdefault(form, len(makers))
             if known < len(makers):
                 priors[known] += prior
-            elif known < most:
+            elif known < MAX_CANDIDATES:
                 columns[known] = values[:, index]
                 makers.append(partial(block.formula, index))
                 priors.append(prior)

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MANY
 from grammarlab.preference.growth.screening import gain_of_share
-from grammarlab.preference.judge.votes import NUM_PAIRS
 
 _BLOCK = 16
 """Number of choices whose tables with all later ones are summed at once: memory grows with the number of choices."""
@@ -56,7 +56,7 @@ def pair_tables(numbers: Ints, scores: Floats) -> Iterator[PairTable]:
     first, second = np.triu_indices(num, 1)
     shares, cells = (table[first, second] for table in _explained(numbers, centred))
     worth = gain_of_share(shares, cells.astype(np.int64), len(scores))
-    for index in np.argsort(np.log(2.0) * cells - worth, kind="stable")[:NUM_PAIRS].tolist():
+    for index in np.argsort(np.log(2.0) * cells - worth, kind="stable")[:MANY].tolist():
         i, j = int(first[index]), int(second[index])
         chosen, num_cells = _chosen(numbers[:, [i, j]], centred), int(cells[index])
         price = np.log(len(first)) + np.log(num_cells) + np.log(float(comb(num_cells, len(chosen))))

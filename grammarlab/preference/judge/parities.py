@@ -13,41 +13,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats
+from grammarlab.preference.base import FEW
 
 Words = NDArray[np.uint64]
 
-MAX_ODD = 6
-"""Largest number of flags of a set."""
 _MAX_TRIALS = 300_000
 """Largest number of sets of a size that are tried, those of the most even flags. More are only slower."""
-_NUM_KEPT = 4
-"""Number of sets of a size that are found."""
 
 
-def odd_sets(flags: Floats, liked: Flags) -> Iterator[tuple[int, ...]]:
+def odd_sets(flags: Floats, liked: Flags, most: int) -> Iterator[tuple[int, ...]]:
     """Sets of three flags or more whose parity agrees, or disagrees, most with being liked, a few of each size.
 
     Args:
         flags: [n, F] 0 or 1.
         liked: [n] whether designs are liked.
+        most: largest number of flags of a set.
 
     >>> flags = np.random.default_rng(0).integers(0, 2, (64, 9)).astype(float)
-    >>> (2, 4, 5, 8) in odd_sets(flags, flags[:, [2, 4, 5, 8]].sum(axis=1) % 2 == 1)
+    >>> (2, 4, 5, 8) in odd_sets(flags, flags[:, [2, 4, 5, 8]].sum(axis=1) % 2 == 1, 5)
     True
     """
     even = np.argsort(np.abs(flags.mean(axis=0) - 0.5), kind="stable")
     bits, wanted, num = _packed(flags[:, even].T > 0.0), _packed(liked[None])[0], len(liked)
     # Parities of all sets of the size before, in the order of their last flag: of those before a flag, the first.
     before = np.zeros((1, bits.shape[1]), dtype=np.uint64)
-    for size in range(1, MAX_ODD + 1):
+    for size in range(1, most + 1):
         blocks, best = list[Words](), list[tuple[int, int]]()
         for flag in range(size - 1, _width(len(bits), size)):
             parities = before[: comb(flag, size - 1)] ^ bits[flag]
             agreement = np.abs(2 * np.bitwise_count(parities ^ wanted).sum(axis=1, dtype=np.int64) - num)
-            better = np.flatnonzero(agreement > (best[-1][0] if len(best) == _NUM_KEPT else 0))
-            better = better[np.argsort(-agreement[better], kind="stable")[:_NUM_KEPT]]
+            better = np.flatnonzero(agreement > (best[-1][0] if len(best) == FEW else 0))
+            better = better[np.argsort(-agreement[better], kind="stable")[:FEW]]
             best += [(int(agreement[index]), comb(flag, size) + index) for index in better.tolist()]
-            best = sorted(best, reverse=True)[:_NUM_KEPT]
+            best = sorted(best, reverse=True)[:FEW]
             blocks.append(parities)
         if size >= 3:
             yield from (tuple(sorted(even[list(_set_of(rank, size))].tolist())) for _, rank in best)

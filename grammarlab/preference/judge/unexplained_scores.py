@@ -23,13 +23,10 @@ from scipy.special import gammaln
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.person import VALUE_STEP
 
-_POINTS = int(MAX_SCORE) + 1
-"""Number of scores, 0 to 100; others are rounded."""
 _MAX_REPEATED = 24
 """Largest number of different scores that may be a few repeated ones: each is a part of its own."""
-_COARSE_WIDTH = 4
-"""Width of the narrowest parts of more different scores, in points; scores of a part are equally likely."""
 _ALPHA = 0.5
 """Alpha of a node, and for smooth distributions of the first nodes: Jeffreys' prior."""
 
@@ -58,7 +55,7 @@ class UnexplainedScores:
     def of(cls, scores: Floats) -> UnexplainedScores:
         """The evidence of subsets of scores [n], 0-100."""
         points = np.rint(scores)
-        parts = _parts(1 if len(np.unique(points)) <= _MAX_REPEATED else _COARSE_WIDTH)
+        parts = _parts(1 if len(np.unique(points)) <= _MAX_REPEATED else int(VALUE_STEP))
         low, high, depth, is_halved = (np.array(column) for column in zip(*parts, strict=True))
         inside, numbers = (points[:, None] >= low) & (points[:, None] <= high), np.arange(len(scores) + 1)
         even = -numbers * np.log(high - low + 1)[:, None]
@@ -89,7 +86,7 @@ def _alphas(depth: Ints) -> Floats:
 @cache
 def _parts(narrowest: int) -> tuple[_Part, ...]:
     """All parts of the tree; those of at most ``narrowest`` scores are not halved."""
-    last = _POINTS - 1
+    last = int(MAX_SCORE)
     return (
         _Part(0, last, 0, True),
         _Part(0, 0, 1, False),

@@ -24,6 +24,7 @@ from typing import Literal
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.preference.base import MANY
 from grammarlab.preference.growth.person_search import most_likely, search
 from grammarlab.preference.growth.screening import coarse_bins, gains_of_parts
 from grammarlab.preference.growth.tree_growth import Tree, TreeGrowth
@@ -41,10 +42,6 @@ ODDS_OF_ONE = 20.0
 """Prior odds that the scores are those of one person with one taste."""
 _LEVEL_SHARE = 0.5
 """Share of the gain by levels of scores that does not count."""
-_NUM_PLACES = 24
-"""Number of places of a change that are compared quickly. More are only slower."""
-_NUM_COLUMNS = 16
-"""Number of columns for all scores, and for each voice, that trees may use. More are only slower."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +123,7 @@ def _are_sorted(columns: Floats, scores: Floats) -> bool:
 def _divisions(num: int) -> Iterator[Division]:
     """Divisions of n scores that are compared quickly."""
     if num >= 2 * MIN_VOICE:
-        places = np.unique(np.linspace(MIN_VOICE, num - MIN_VOICE, _NUM_PLACES).round().astype(np.int64))
+        places = np.unique(np.linspace(MIN_VOICE, num - MIN_VOICE, MANY).round().astype(np.int64))
         yield from (Division.at(place, num) for place in places.tolist())
         yield from (Division.by_turns(length, num) for length in LENGTHS if 2 * length + MIN_VOICE <= num)
 
@@ -153,7 +150,7 @@ def _most_likely_divisions(worth: Floats, divisions: Sequence[Division]) -> list
 def _labels(columns: Floats, prices: Floats, scores: Floats, worth: Floats, likely: Sequence[int]) -> Labels:
     """The scores with the columns that explain most of them or of a voice."""
     rankings = [worth[0, 0], *(worth[voice, index] for voice in (1, 2) for index in likely)]
-    chosen = np.unique([np.argsort(-ranking, kind="stable")[:_NUM_COLUMNS] for ranking in rankings])
+    chosen = np.unique([np.argsort(-ranking, kind="stable")[:MANY] for ranking in rankings])
     return Labels.of(columns[:, chosen], prices[chosen], scores)
 
 

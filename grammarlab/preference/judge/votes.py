@@ -14,19 +14,14 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats
+from grammarlab.preference.base import MANY
 from grammarlab.preference.growth.screening import explained
-from grammarlab.preference.judge.parities import MAX_ODD, odd_sets
+from grammarlab.preference.judge.parities import odd_sets
 
-MAX_FLAGS = 5
-"""Largest number of flags that are counted together."""
+MAX_TERMS = 5
+"""Largest number of columns of a sum, and of flags that are counted together."""
 _KINDS = float(np.log(3.0))
 """Price of the kind of a vote: either of two, an odd number of several, or how many."""
-BEAM = 12
-"""Number of sums of flags that grow."""
-NUM_PAIRS = 24
-"""Number of pairs that are kept: of flags, of which one but not both hold, and of choices with a table."""
-_ODD_SIZES = MAX_ODD - 2
-"""Number of sizes of larger odd sets."""
 _MAX_PAIRED = 1_000
 """Largest number of flags of which pairs are tried, those that are most even."""
 
@@ -70,7 +65,7 @@ def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
     means = signs.T @ signs / len(scores)
     products = (signs * centred[:, None]).T @ signs / np.sqrt(np.maximum(1.0 - means**2, 1e-6))
     first, second = np.triu_indices(len(even), 1)
-    order = np.argsort(-np.abs(products[first, second]), kind="stable")[:NUM_PAIRS]
+    order = np.argsort(-np.abs(products[first, second]), kind="stable")[:MANY]
     price = _KINDS + float(np.log(comb(flags.shape[1], 2)))
     for index in order.tolist():
         yield Vote((int(even[first[index]]), int(even[second[index]])), (1, 1), True, price)
@@ -78,8 +73,8 @@ def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
 
 def _odd(flags: Floats, scores: Floats) -> Iterator[Vote]:
     """An odd number of several flags."""
-    for members in odd_sets(flags, scores > (scores.min() + scores.max()) / 2.0):
-        price = _KINDS + float(np.log(comb(flags.shape[1], len(members))) + np.log(_ODD_SIZES))
+    for members in odd_sets(flags, scores > (scores.min() + scores.max()) / 2.0, MAX_TERMS):
+        price = _KINDS + float(np.log(comb(flags.shape[1], len(members))) + np.log(MAX_TERMS - 2))
         yield Vote(members, (1,) * len(members), True, price)
 
 
@@ -88,20 +83,20 @@ def _numbers(flags: Floats, scores: Floats) -> Iterator[Vote]:
     signed = np.concatenate([flags, 1.0 - flags], axis=1).astype(np.int64)
     width = flags.shape[1]
     gains = explained(signed.T, 2, scores)
-    beam: list[tuple[int, ...]] = [(int(flag),) for flag in np.argsort(-gains, kind="stable")[: 2 * BEAM]]
-    for size in range(2, min(MAX_FLAGS, width) + 1):
+    beam: list[tuple[int, ...]] = [(int(flag),) for flag in np.argsort(-gains, kind="stable")[:MANY]]
+    for size in range(2, min(MAX_TERMS, width) + 1):
         found: dict[frozenset[int], float] = {}
         for members in beam:
             number = signed[:, list(members)].sum(axis=1)
             worth = explained(number + signed.T, size + 1, scores)
             worth[[member % width for member in members]] = -np.inf
             worth[[member % width + width for member in members]] = -np.inf
-            for flag in np.argsort(-worth, kind="stable")[:BEAM].tolist():
+            for flag in np.argsort(-worth, kind="stable")[:MANY].tolist():
                 if np.isfinite(worth[flag]):
                     found[frozenset((*members, flag))] = float(worth[flag])
         ranked = sorted(found, key=lambda members: (-found[members], sorted(members)))
-        beam = [tuple(sorted(members)) for members in ranked[:BEAM]]
-        price = _KINDS + float(np.log(comb(width, size)) + size * np.log(2.0) + np.log(MAX_FLAGS - 1))
+        beam = [tuple(sorted(members)) for members in ranked[:MANY]]
+        price = _KINDS + float(np.log(comb(width, size)) + size * np.log(2.0) + np.log(MAX_TERMS - 1))
         for members in beam:
             yield Vote(
                 tuple(member % width for member in members),

@@ -18,20 +18,14 @@ import numpy as np
 from scipy.special import expit, gammaln
 
 from grammarlab.arrays import Floats
+from grammarlab.preference.base import SEVERAL
 from grammarlab.preference.growth.screening import coarse_bins, gains
-from grammarlab.preference.judge.votes import BEAM, MAX_FLAGS
+from grammarlab.preference.judge.votes import MAX_TERMS
 from grammarlab.preference.lines.distinct import Distinct
+from grammarlab.preference.newton import Height, climbed
 
-MAX_TERMS = 5
-"""Largest number of columns of a sum."""
 _SPREAD = 10.0
 """Standard deviation of the weight per standard deviation of a column, before any score."""
-_MAX_STEPS = 20
-"""Largest number of steps of Newton's method."""
-_ENOUGH = 0.01
-"""Largest change of a weight in the last step."""
-_MAX_STEP = 2.0
-"""Largest change of a weight in a step."""
 _MAX_SIGNED = 120
 """Largest number of columns that grow into signed sums, those that explain most: all pairs of the beam and these are
 tried."""
@@ -110,17 +104,19 @@ def _grown(table: Floats, liked: Floats) -> Iterator[tuple[list[int], Floats]]:
 
 
 def _fitted(design: Floats, liked: Floats, weights: Floats) -> Floats:
-    """Weights [k] of a logistic regression, by Newton's method with short steps."""
+    """Weights [k] of a logistic regression."""
     prior = np.append(0.0, np.full(design.shape[1] - 1, 1.0 / _SPREAD**2))
-    for _ in range(_MAX_STEPS):
-        expected = expit(design @ weights)
-        curvature = (design.T * np.maximum(expected * (1.0 - expected), 1e-6)) @ design + np.diag(prior)
-        step = np.linalg.solve(curvature, design.T @ (liked - expected) - prior * weights)
-        step *= min(1.0, _MAX_STEP / max(float(np.abs(step).max()), 1e-12))
-        weights = weights + step
-        if np.abs(step).max() < _ENOUGH:
-            break
-    return weights
+
+    def height(weights: Floats) -> Height:
+        sums = design @ weights
+        expected = expit(sums)
+        return Height(
+            float(liked @ sums - np.logaddexp(0.0, sums).sum() - 0.5 * prior @ weights**2),
+            design.T @ (liked - expected) - prior * weights,
+            (design.T * np.maximum(expected * (1.0 - expected), 1e-6)) @ design + np.diag(prior),
+        )
+
+    return climbed(height, weights)
 
 
 class SignedSum(NamedTuple):
@@ -155,15 +151,15 @@ def signed_sums(columns: Floats, scores: Floats) -> Iterator[SignedSum]:
         return
     worth = gains(coarse_bins(columns), every, scores)
     ranked: list[int] = (1 + np.argsort(-worth, kind="stable")[:_MAX_SIGNED]).tolist()
-    beam: list[tuple[int, ...]] = [(number,) for number in ranked[:BEAM]]
-    for size in range(2, min(MAX_FLAGS, width) + 1):
+    beam: list[tuple[int, ...]] = [(number,) for number in ranked[:SEVERAL]]
+    for size in range(2, min(MAX_TERMS, width) + 1):
         listed = list(dict.fromkeys(longer for members in beam for longer in _longer(members, sorted(ranked))))
         signs = np.zeros((width, len(listed)))
         for column, members in enumerate(listed):
             signs[[abs(member) - 1 for member in members], column] = np.sign(members)
         worth = gains(coarse_bins(columns @ signs), every, scores)
-        beam = [listed[index] for index in np.argsort(-worth, kind="stable")[:BEAM].tolist()]
-        price = float(np.log(MAX_FLAGS - 2) + np.log(comb(width, size)) + (size - 1) * np.log(2.0))
+        beam = [listed[index] for index in np.argsort(-worth, kind="stable")[:SEVERAL].tolist()]
+        price = float(np.log(MAX_TERMS - 2) + np.log(comb(width, size)) + (size - 1) * np.log(2.0))
         for members in beam if size > 2 else ():
             indices, of_members = np.abs(members) - 1, np.sign(members)
             yield SignedSum(tuple(indices.tolist()), tuple(of_members.tolist()), price)

@@ -8,12 +8,14 @@ of the prior that agrees with the scores.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from grammarlab.arrays import Floats
-from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.base import MIDDLE
 from grammarlab.preference.lines.line_scores import LineScores
+from grammarlab.preference.newton import Height, climbed
 
 POINTS = 15.0
 """Standard deviation of the points per standard deviation of a column, before any score."""
@@ -24,16 +26,6 @@ WIDE = 20.0
 LEAST_SLOPE = 0.15
 """Smallest slope of a value by its sum, for how certain points are: scores of sums beyond an end bind these from one
 side."""
-_MIDDLE = MAX_SCORE / 2.0
-"""Expected points of the mean design before any score; their standard deviation is as large."""
-_MAX_STEPS = 12
-"""Largest number of steps of Newton's method."""
-_ENOUGH = 0.02
-"""Gain of a step in nats, below which it is the last one."""
-_SHORTER = 0.4
-"""Factor on a step that does not gain."""
-_SHORTEST = 0.05
-"""Smallest part of a step."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +65,10 @@ def fitted(
     """
     design, points = with_ones(table[:, list(terms)]), start
     prior, middle = prior_precision(len(terms)), np.zeros(len(terms) + 1)
-    middle[0] = _MIDDLE
+    # Points of the mean design are normal around the middle, with a standard deviation as large as that.
+    middle[0] = MIDDLE
     for softness in (WIDE, SOFTNESS) if wide else (SOFTNESS,):
-        points = _climbed(design, scores, points, prior, middle, softness)
+        points = climbed(partial(_height, design, scores, prior, middle, softness), points)
     slopes = scores.slopes(design @ points, SOFTNESS, LEAST_SLOPE)
     precision = (design.T * slopes.curvature) @ design + np.diag(prior)
     evidence = slopes.log_likelihood - 0.5 * prior @ (points - middle) ** 2
@@ -83,32 +76,21 @@ def fitted(
     return FittedLine(terms, points, precision, float(evidence), scores)
 
 
-def _climbed(
-    design: Floats, scores: LineScores, points: Floats, prior: Floats, middle: Floats, softness: float
-) -> Floats:
-    """Points after steps of Newton's method with expected curvature, each shortened until it gains."""
-    slopes = scores.slopes(design @ points, softness)
-    height = slopes.log_likelihood - 0.5 * prior @ (points - middle) ** 2
-    for _ in range(_MAX_STEPS):
-        precision = (design.T * slopes.curvature) @ design + np.diag(prior)
-        step = np.linalg.solve(precision, design.T @ slopes.first - prior * (points - middle))
-        part, before = 1.0, height
-        while part >= _SHORTEST:
-            trial = points + part * step
-            at_trial = scores.slopes(design @ trial, softness)
-            height = at_trial.log_likelihood - 0.5 * prior @ (trial - middle) ** 2
-            if height > before:
-                points, slopes = trial, at_trial
-                break
-            part *= _SHORTER
-        if height - before < _ENOUGH:
-            break
-    return points
+def _height(
+    design: Floats, scores: LineScores, prior: Floats, middle: Floats, softness: float, points: Floats
+) -> Height:
+    """Log-posterior of points."""
+    slopes, away = scores.slopes(design @ points, softness), points - middle
+    return Height(
+        slopes.log_likelihood - 0.5 * float(prior @ away**2),
+        design.T @ slopes.first - prior * away,
+        (design.T * slopes.curvature) @ design + np.diag(prior),
+    )
 
 
 def prior_precision(num_terms: int) -> Floats:
     """[k + 1] inverse variance of the points before any score."""
-    return np.append(1.0 / _MIDDLE**2, np.full(num_terms, 1.0 / POINTS**2))
+    return np.append(1.0 / MIDDLE**2, np.full(num_terms, 1.0 / POINTS**2))
 
 
 def with_ones(table: Floats) -> Floats:

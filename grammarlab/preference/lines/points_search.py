@@ -14,19 +14,10 @@ import numpy as np
 from scipy.special import gammaln
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import MAX_SCORE
+from grammarlab.preference.base import FEW, MAX_SCORE
 from grammarlab.preference.lines.fitted_line import LEAST_SLOPE, POINTS, SOFTNESS, FittedLine, fitted, with_ones
 from grammarlab.preference.lines.line_scores import LineScores
 from grammarlab.preference.person import BLUNDERS, NOISES, START_PERSONS, Person
-
-MAX_TERMS = 10
-"""Largest number of columns."""
-_PATIENCE = 2
-"""Number of columns that are added in turn without a gain."""
-_NUM_EXCHANGES = 3
-"""Number of columns that are tried instead of each one."""
-_MAX_ROUNDS = 4
-"""Largest number of rounds of exchanges."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +51,10 @@ class LineSearch:
         for person in START_PERSONS:
             self._grow(self._given(person))
         self._adapt()
-        for _ in range(_MAX_ROUNDS):
+        before = None
+        while self.best is not before:
             before = self.best
             self._exchange(before)
-            if self.best is before:
-                break
         self._adapt()
 
     def _given(self, person: Person) -> LineScores:
@@ -76,16 +66,11 @@ class LineSearch:
     def _grow(self, scores: LineScores) -> None:
         middle = np.clip([self.scores.mean()], 1.0, MAX_SCORE - 1.0)
         line = self._try((), scores, middle, wide=True)
-        highest, patience = self.total(line), _PATIENCE
-        while len(line.terms) < MAX_TERMS:
-            following = self._following(line, 1)
-            if not len(following):
-                break
+        highest, patience = self.total(line), FEW
+        while patience and len(following := self._following(line, 1)):
             line = self._try((*line.terms, int(following[0])), scores, np.append(line.points, 0.0), wide=True)
-            patience = _PATIENCE if self.total(line) > highest else patience - 1
+            patience = FEW if self.total(line) > highest else patience - 1
             highest = max(highest, self.total(line))
-            if not patience:
-                break
 
     def _adapt(self) -> None:
         """Try other errors of the person for the best line."""
@@ -103,8 +88,8 @@ class LineSearch:
             if place is not None:
                 terms = tuple(term for index, term in enumerate(line.terms) if index != place)
                 fewer = self._try(terms, line.scores, np.delete(line.points, place + 1))
-            for column in self._following(fewer, _NUM_EXCHANGES).tolist():
-                if column not in line.terms and len(fewer.terms) < MAX_TERMS:
+            for column in self._following(fewer, FEW).tolist():
+                if column not in line.terms:
                     self._try((*fewer.terms, column), line.scores, np.append(fewer.points, 0.0))
 
     def _try(self, terms: tuple[int, ...], scores: LineScores, start: Floats, *, wide: bool = False) -> FittedLine:

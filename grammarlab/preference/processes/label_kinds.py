@@ -17,7 +17,7 @@ from scipy.linalg import cholesky, solve_triangular
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
+from grammarlab.preference.base import MAX_SCORE, MIDDLE, Rows, dense_rows
 from grammarlab.preference.labels import COMPARISONS, Kind
 from grammarlab.preference.observations import Differences, Observations, checked_labels, observe
 from grammarlab.preference.person import (
@@ -250,7 +250,7 @@ def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float
     """Value at which a person's thumbs turn, from the scores of the models; 50 without scores."""
     thumbs = np.array([kind == "thumb" for kind in judgements.kinds])
     if not thumbs.any() or not judgements.num_scores:
-        return MAX_SCORE / 2.0
+        return MIDDLE
     mean, covariance = _given_scores(judgements, hyperparameters)
     rows = judgements.first[thumbs]
     thumb_labels = judgements.take(np.flatnonzero(thumbs))
@@ -258,7 +258,7 @@ def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float
     values, variances = mean[rows], np.maximum(np.diagonal(covariance)[rows], 1e-9)
     log_posteriors = [
         float(matched(thumb_labels.intervals(middle), values, variances, noise, START_BLUNDERS)[0].sum())
-        - 0.5 * ((middle - MAX_SCORE / 2.0) / _SD_OF_MIDDLE) ** 2
+        - 0.5 * ((middle - MIDDLE) / _SD_OF_MIDDLE) ** 2
         for middle in _MIDDLE_GRID.tolist()
     ]
     return float(_MIDDLE_GRID[int(np.argmax(log_posteriors))])

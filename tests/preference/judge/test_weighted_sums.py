@@ -5,7 +5,8 @@ import pytest
 from scipy.optimize import minimize
 
 from grammarlab.preference.judge.judge import judged
-from grammarlab.preference.judge.weighted_sums import _SPREAD, MAX_TERMS, _fitted, weighted_sums
+from grammarlab.preference.judge.votes import MAX_TERMS
+from grammarlab.preference.judge.weighted_sums import _SPREAD, _fitted, weighted_sums
 from tests.cases import takes_turns
 
 NONE = np.zeros((128, 0))
