@@ -15,6 +15,15 @@ DIGITS = 12
 """Number of decimals of a probability; further decimals are rounding errors."""
 
 
+def are_equal(probabilities: Floats | float, others: Floats | float) -> bool:
+    """Whether probabilities differ from others by rounding errors only.
+
+    >>> are_equal(np.array([0.5, 0.5]), np.array([0.5, 0.5 + 1e-14])), are_equal(0.5, 0.5 + 1e-9)
+    (True, False)
+    """
+    return np.allclose(probabilities, others, rtol=10.0**-DIGITS, atol=0.0)
+
+
 def learnable_step(num: int) -> float:
     """Step of shares that are learned from a number of models: a tenth of a percent, smaller for many models.
 

@@ -13,15 +13,13 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from grammarlab.density.exact.splitting import MAX_WAYS
 from grammarlab.density.exact.subtree_counts import fits
 from grammarlab.density.grammar_skeleton import Alternative, TreeGrammar
 from grammarlab.errors import GrammarlabError
 from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import Branch, SymbolKey
-
-MAX_SYMBOLS = 20_000
-"""Largest number of symbols after splitting."""
 
 
 class AbstractContext(ABC):
@@ -118,7 +116,7 @@ class Contexts:
         """All symbols in contexts that can be reached.
 
         Raises:
-            GrammarlabError: If there are more than `MAX_SYMBOLS`.
+            GrammarlabError: If there are more than `MAX_WAYS`.
         """
         numbers: dict[tuple[SymbolKey, Hashable], int] = {(tree.start, context.start): 0}
         symbols = [(tree.start, context.start)]
@@ -136,9 +134,9 @@ class Contexts:
                     below.append(numbers[symbol])
                 children[number, alternative.branch] = tuple(below)
             number += 1
-            if len(symbols) > MAX_SYMBOLS:
+            if len(symbols) > MAX_WAYS:
                 raise GrammarlabError(
-                    f"the relevant features split the grammar into more than {MAX_SYMBOLS:,} symbols: use fewer "
+                    f"the relevant features split the grammar into more than {MAX_WAYS:,} symbols: use fewer "
                     "features, or shorter paths"
                 )
         return cls(tree, tuple(symbols), children)

@@ -11,12 +11,13 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.density.exact.attributes import AttributeParts, drawn_range, leaf_at
 from grammarlab.density.exact.inside import InsideWeights
+from grammarlab.density.exact.name_words import MOST_NAMED
 from grammarlab.density.exact.naming import AbstractNames, SplitNames
 from grammarlab.density.exact.splitting import PLAIN, Splitting, Variant, Way
 from grammarlab.density.exact.written_rules import WrittenRules
 from grammarlab.density.grammar_skeleton import Alternative, Cases, Chance, leaves
 from grammarlab.density.grammar_skeleton import Body as Original
-from grammarlab.density.rounding import EXACT, rounded, rounded_parts
+from grammarlab.density.rounding import EXACT, are_equal, rounded, rounded_parts
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Branch, SymbolKey
 from grammarlab.language.rewriting import (
@@ -34,11 +35,7 @@ from grammarlab.language.syntax import printing
 from grammarlab.language.syntax.syntax_tree import Choice
 
 _INDENT = "    "
-_PROBABILITY_TOLERANCE = 1e-13
-"""Largest difference of equal probabilities."""
 _WORD = re.compile(r"[^\W\d]\w*")
-_MAX_PARENTS = 3
-"""Largest number of rules named in the comment of a split symbol."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,8 +251,8 @@ class _GrammarWriter:
     def _comment(self, number: int) -> str:
         variant = self.splitting.variants[number]
         inside = list(dict.fromkeys(self.name.get(p, self.start_name) for p in self.parents.get(number, ())))
-        more = " and others" if len(inside) > _MAX_PARENTS else ""
-        where = f", in {', '.join(inside[:_MAX_PARENTS])}{more}" if inside else ""
+        more = " and others" if len(inside) > MOST_NAMED else ""
+        where = f", in {', '.join(inside[:MOST_NAMED])}{more}" if inside else ""
         return f"{variant.key[0]} {self.words.condition(variant)}{where}"
 
     def _unchanged(self, number: int) -> bool:
@@ -273,7 +270,7 @@ class _GrammarWriter:
         branches = list(body.branches)
         if isinstance(body, Chance) and body.probabilities is not None:
             old, new = np.array(body.probabilities), self.rules.branch_weights(variant, body)
-            if (np.abs(new / new.sum() - old) > _PROBABILITY_TOLERANCE * old).any():
+            if not are_equal(new / new.sum(), old):
                 return False
             branches = [branch for branch, p in zip(branches, old, strict=True) if p > 0.0]
         return all(self._same(variant, branch) for branch in branches)
@@ -350,10 +347,10 @@ def _attribute_text(grammar: Grammar, parts: AttributeParts, probabilities: Sequ
         probabilities: [parts] probabilities of the attribute's parts, for each component.
         mixture: the attribute with the number of a model's component.
     """
-    if all(np.abs(p - parts.probabilities).max() <= _PROBABILITY_TOLERANCE for p in probabilities):
+    if all(are_equal(p, parts.probabilities) for p in probabilities):
         return ""
     value = grammar.attributes[parts.name].value
-    if all((np.abs(p - probabilities[0]) <= _PROBABILITY_TOLERANCE).all() for p in probabilities):
+    if all(are_equal(p, probabilities[0]) for p in probabilities):
         return _drawn(value, parts, probabilities[0], _INDENT)
     values = [_drawn(value, parts, p, 2 * _INDENT) for p in probabilities]
     heads = [*(f"case {mixture} == {i + 1} :" for i in range(len(values) - 1)), "else :"]
@@ -366,7 +363,7 @@ def _drawn(value: Choice, parts: AttributeParts, probabilities: Floats, indent: 
     ratios = probabilities / parts.probabilities
     for i, part in enumerate(parts.parts):
         same_branch = bool(runs) and part.branch == parts.parts[i - 1].branch
-        if same_branch and abs(ratios[i] - ratios[i - 1]) <= _PROBABILITY_TOLERANCE * ratios[i]:
+        if same_branch and are_equal(ratios[i - 1], ratios[i]):
             runs[-1] = (runs[-1][0] + float(probabilities[i]), runs[-1][1], i)
         else:
             runs.append((float(probabilities[i]), i, i))

@@ -10,24 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints
-from grammarlab.density.exact.name_words import counted, number_of, place, plural, shared, short
+from grammarlab.density.exact.name_words import MOST_NAMED, counted, number_of, place, plural, shared, short
 from grammarlab.density.exact.splitting import Splitting, Variant
 from grammarlab.density.exact.subtree_counts import Component, Deep, tops
 from grammarlab.density.exact.trimming import Ways
 from grammarlab.density.grammar_skeleton import Alternative, leaves
 from grammarlab.features.patterns.pattern import Pattern
 from grammarlab.language.numbering import SymbolKey
+from grammarlab.preference.base import NEGLIGIBLE_SHARE
 
 _MAX_LENGTH = 40
 """Characters of a suffix."""
-_MAX_WORDS = 3
-"""Largest number of branches in a name."""
-_MAX_CONDITIONS = 2
-"""Largest number of parts in a name whose numbers distinguish it."""
-_MAX_STATES = 4
-"""Largest number of kinds of trees in a comment; of more only the number is given."""
-_LIKE = 0.02
-"""Correlation of a weight with a number below which the number does not say what is preferred."""
 
 
 class AbstractNames(ABC):
@@ -113,10 +106,10 @@ class SplitNames(AbstractNames):
         allowed = self._order(variant, variant.future > 0.0)
         refused = self._order(variant, variant.future <= 0.0)
         even = bool((variant.future[allowed] == 1.0).all())
-        if len(allowed) <= _MAX_STATES:
+        if len(allowed) <= MOST_NAMED:
             states = [self._state(variant, i) + ("" if even else f" ({variant.future[i]:.3g})") for i in allowed]
             return " or ".join(states) + ("" if even else ", in these proportions")
-        if even and len(refused) <= _MAX_STATES:
+        if even and len(refused) <= MOST_NAMED:
             return "but not " + " or ".join(self._state(variant, i) for i in refused)
         return f"of {len(allowed)} of {len(variant.future)} kinds" + ("" if even else ", in other proportions")
 
@@ -139,14 +132,14 @@ class SplitNames(AbstractNames):
             return ""
         if len(absent) == 1 < len(present):
             return f"not_{absent[0]}"
-        return "_or_".join(present) if len(present) <= _MAX_WORDS else ""
+        return "_or_".join(present) if len(present) <= MOST_NAMED else ""
 
     def _by_numbers(self, variant: Variant) -> str:
         """The numbers of parts below it, as far as these distinguish the trees that it allows."""
         allowed = variant.future > 0.0
         rest, words = np.ones(len(allowed), dtype=np.bool_), list[str]()
         numbers = list(self._numbers(variant, allowed))
-        while numbers and len(words) < _MAX_CONDITIONS and (rest & ~allowed).any():
+        while numbers and len(words) < MOST_NAMED and (rest & ~allowed).any():
             best = min(numbers, key=lambda number: (int((rest & number.states).sum()), len(number.text), number.text))
             if (rest & best.states).sum() == rest.sum():
                 break
@@ -155,7 +148,7 @@ class SplitNames(AbstractNames):
 
     def _by_weights(self, variant: Variant) -> str:
         """The part whose number is most preferred, or avoided."""
-        strongest: tuple[float, str] = _LIKE, "weighted"
+        strongest: tuple[float, str] = NEGLIGIBLE_SHARE, "weighted"
         for component, column in self._columns(variant):
             strength = float(np.corrcoef(variant.future, column)[0, 1]) if np.ptp(variant.future) > 0.0 else 0.0
             word = self._word(component, variant.key[0])
@@ -218,8 +211,8 @@ class SplitNames(AbstractNames):
         if texts:
             return "with " + " and ".join(texts)
         absent = [self._text(self._components.all[i]) for i in self._varying(variant)]
-        more = f" or {len(absent) - _MAX_STATES} others" if len(absent) > _MAX_STATES else ""
-        return "without " + " or ".join(absent[:_MAX_STATES]) + more
+        more = f" or {len(absent) - MOST_NAMED} others" if len(absent) > MOST_NAMED else ""
+        return "without " + " or ".join(absent[:MOST_NAMED]) + more
 
     def _counts(self, variant: Variant, state: int) -> Iterator[tuple[Component, int]]:
         """The components that are above zero in a state, without those that are the same in all states."""

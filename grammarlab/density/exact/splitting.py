@@ -33,7 +33,7 @@ from grammarlab.language.numbering import Branch, Successor, SymbolKey
 
 Base: TypeAlias = Literal["grammar", "uniform"]
 MAX_WAYS = 20_000
-"""Largest number of alternatives of all variants."""
+"""Largest number of alternatives of all variants, and of split symbols."""
 PLAIN = -1
 """Marks the original symbol, instead of a variant."""
 _DIGITS = 44

@@ -19,10 +19,8 @@ from grammarlab.density.exact.inside import InsideWeights, branch_weights
 from grammarlab.density.exact.splitting import Splitting, Variant, Way
 from grammarlab.density.grammar_skeleton import Alternative, Body, Chance
 from grammarlab.language.numbering import Branch
+from grammarlab.preference.base import LIKED_SHARE
 
-MAX_LIKED = 0.25
-"""Share of the largest outside weight of a symbol below which a branch is disliked, and share of its original
-probability below which it is much rarer."""
 _TINY = np.finfo(np.float64).tiny
 
 Ways = Mapping[Branch | None, tuple[Way, ...]]
@@ -46,7 +44,7 @@ class Trimming:
             return possible
         most = max((way.weight for ways in possible.values() for way in ways), default=0.0)
         body = self.splitting.automaton.components.tree.body(variant.key)
-        rest = dict(self._rest(variant, body, possible, _Shares(MAX_LIKED * most)))
+        rest = dict(self._rest(variant, body, possible, _Shares(LIKED_SHARE * most)))
         # A variant may be worth little everywhere, as a part of something rare.
         return rest if any(rest.values()) else possible
 
@@ -57,7 +55,7 @@ class Trimming:
             probabilities: [parts] new probabilities, summing to 1.
             weights: [parts] outside weights; the largest is 1.
         """
-        is_rare = (probabilities < self.min_share) & (weights < MAX_LIKED * weights.max())
+        is_rare = (probabilities < self.min_share) & (weights < LIKED_SHARE * weights.max())
         kept = np.where(is_rare, 0.0, probabilities)
         return kept / kept.sum() if kept.any() else probabilities
 
@@ -68,7 +66,7 @@ class Trimming:
         if isinstance(body, Alternative):
             ways = possible.get(body.branch, ())
             each = shares.new / max(sum(map(self.weights.way, ways)), _TINY)
-            is_rarer = shares.new < MAX_LIKED * shares.original
+            is_rarer = shares.new < LIKED_SHARE * shares.original
             yield (
                 body.branch,
                 tuple(

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.density.exact.name_words import MOST_NAMED
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MIN_SHARE
 from grammarlab.trees.accepted_trees import log_density
@@ -30,8 +31,6 @@ _MAX_KINDS = 64
 """Largest number of kinds, a budget: more are not read by a person."""
 _STEPS = 200
 """Ends of ranges are rounded outwards to steps of at least one 200th of the original range."""
-_NUM_NAMES = 3
-"""Number of parameters that describe a kind in words."""
 
 
 def species_of_examples(species: Species, rows: Floats) -> Species:
@@ -195,7 +194,7 @@ def _narrowed(kind: Kind, columns: Ints, shares: _Shares, part: Ints, rows: Floa
         for index in np.argsort(end[0] - start[0], kind="stable").tolist()
         if end[0, index] - start[0, index] < 1.0
     ]
-    words = ", ".join(_words(int(columns[index]), low, high) for index in names[:_NUM_NAMES])
+    words = ", ".join(_words(int(columns[index]), low, high) for index in names[:MOST_NAMED])
     return Kind(num / num_all, low, high, words or kind.means)
 
 

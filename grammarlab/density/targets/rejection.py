@@ -34,8 +34,8 @@ Progress: TypeAlias = Callable[[str, int, int], None]
 """Function called with the name of a task, the number of finished parts, and the number of all parts."""
 MAX_PROPOSALS = 1_000_000
 """Largest number of proposed models."""
-_PILOT_MODELS = 2_000
-"""Number of accepted models for estimating the mean of the preference, and its bound if unknown."""
+PILOT_MODELS = 2_000
+"""Number of accepted models for estimating the mean of a preference, its bound if unknown, or an acceptance rate."""
 _PILOT_PROPOSALS = 200_000
 """Largest number of models of a pilot run: 400 accepted ones for a preference that likes one model in 500."""
 _LANE = int.from_bytes(b"REJECT")
@@ -187,7 +187,7 @@ def silent(what: str, done: int, total: int) -> None:
 def reject(
     target: Target,
     *,
-    num_pilot: int = _PILOT_MODELS,
+    num_pilot: int = PILOT_MODELS,
     proposal: LearnedGrammar | None = None,
     seed: int = 0,
     most_proposals: int = MAX_PROPOSALS,

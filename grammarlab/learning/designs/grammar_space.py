@@ -13,6 +13,7 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
+from grammarlab.density.targets.rejection import PILOT_MODELS
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.expressions import number_grammar
 from grammarlab.derivation.forest import Forest, origin_of, way_to
@@ -52,8 +53,6 @@ if TYPE_CHECKING:
 
 _BATCH_MODELS = 1_000
 """Number of accepted models per batch."""
-RATE_MODELS = 2_000
-"""Number of models for estimating an acceptance rate."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +161,7 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         if self.acceptance is None:
             return 0.0
         proposal_rate, grammar_rate = (
-            np.mean(self.acceptance.probabilities(derive(program, RATE_MODELS, 0, assets=self.folder, leaves=False)))
+            np.mean(self.acceptance.probabilities(derive(program, PILOT_MODELS, 0, assets=self.folder, leaves=False)))
             for program in (self.proposal.program, self.program)
         )
         return float(np.log(proposal_rate) - np.log(grammar_rate)) if min(proposal_rate, grammar_rate) > 0.0 else 0.0

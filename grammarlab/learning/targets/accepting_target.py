@@ -17,7 +17,7 @@ from grammarlab.arrays import Floats
 from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.targets.accepted import AcceptedGrammar, product_with_own, split_symbols, with_rule
 from grammarlab.density.targets.ranges import range_ends
-from grammarlab.density.targets.rejection import RejectionSampler
+from grammarlab.density.targets.rejection import PILOT_MODELS, RejectionSampler
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive_chunks
 from grammarlab.derivation.forest import Forest
@@ -26,7 +26,6 @@ from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.conditions import sites_of
 from grammarlab.features.patterns.pattern import Feature, Present
 from grammarlab.language.grammar import Grammar
-from grammarlab.learning.designs.grammar_space import RATE_MODELS
 from grammarlab.learning.targets.distance_words import divergence_share
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.simplification import MIN_LEAF, TOLERANCE, simpler
@@ -284,7 +283,7 @@ def _countable(features: Sequence[Feature], grammar: Grammar, learned: LearnedGr
 def _mean(rule: Acceptance, density: PoolDensity) -> float:
     """Share of the models of the original rules that the original acceptance rule keeps."""
     program = compile_grammar(density.target.grammar)
-    forests = derive_chunks(program, RATE_MODELS, 0, assets=density.target.assets)
+    forests = derive_chunks(program, PILOT_MODELS, 0, assets=density.target.assets)
     return float(np.concatenate([rule.probabilities(forest) for forest in forests]).mean())
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.density.exact.compile import Exactness
 from grammarlab.density.exact.learned import LearnedGrammar
-from grammarlab.density.exact.trimming import MAX_LIKED
 from grammarlab.density.grammar_skeleton import MAX_EXAMINED_MODELS
 from grammarlab.density.samples import sampled
 from grammarlab.density.samples.sampled import compile_nearest
@@ -29,6 +28,7 @@ from grammarlab.learning.targets.grammar_columns import GrammarColumns
 from grammarlab.learning.targets.simplification import predict
 from grammarlab.learning.targets.target_density import PoolDensity
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
+from grammarlab.preference.base import LIKED_SHARE
 
 LearnedSampler = LearnedGrammar | RejectionSampler
 
@@ -123,7 +123,7 @@ def _liked(space: GrammarSpace, state: State) -> Forest | None:
     liked: dict[Address, bool] = {}
     for name in state.liked:
         answers = state.answers[name].scored
-        low = MAX_LIKED * answers.scores.max(initial=0.0)
+        low = LIKED_SHARE * answers.scores.max(initial=0.0)
         for design, score in zip(answers.designs, answers.scores.tolist(), strict=True):
             liked[design] = liked.get(design, True) and score >= low > 0.0
     designs = sorted(design for design, is_liked in liked.items() if is_liked)[:_MAX_LIKED]

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from grammarlab.density.exact.compile import compile_density
-from grammarlab.density.exact.trimming import MAX_LIKED
 from grammarlab.density.grammar_skeleton import Chance, TreeGrammar
 from grammarlab.derivation.derive import derive
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.grammar import Grammar
+from grammarlab.preference.base import LIKED_SHARE
 
 STREET = Grammar.parse(
     """
@@ -46,7 +46,7 @@ def test_what_is_liked_keeps_its_trees_and_the_rest_loses_little(seed):
     preference = graded(seed)
     exact, trimmed = learned(preference, 0.0), learned(preference, 0.01)
     before, after = exact.ratio(FOREST), trimmed.ratio(FOREST)
-    liked = preference(VALUES) >= MAX_LIKED * preference(VALUES).max()
+    liked = preference(VALUES) >= LIKED_SHARE * preference(VALUES).max()
     assert (after[liked] > 0.0).all()
     assert (before[after > 0.0] > 0.0).all()
     # At most five choices of a tree lose a few branches of less than 1 % each.
