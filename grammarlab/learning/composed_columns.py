@@ -10,6 +10,7 @@ from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
@@ -44,7 +45,9 @@ def composed_columns(
     new = np.flatnonzero(~_same(columns, known))
     flags, of_flags = _flags(known, table.features)
     measures, of_measures = _measures(known, table.features, candidates.elements.used)
-    verdict = judged(_varying(known), columns[:, new], prices[new], flags, measures, scores)
+    # Small matrices take longer with several threads.
+    with threadpool_limits(1, "blas"):
+        verdict = judged(_varying(known), columns[:, new], prices[new], flags, measures, scores)
     found = [makers[new[index]]() for index in verdict.accepted]
     found += [_formula(vote, of_flags) for vote in verdict.votes]
     found += [_weighed(some, of_measures) for some in verdict.sums]

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import ROUNDING, Floats, Ints
-from grammarlab.preference.base import FEW, HOPELESS
+from grammarlab.preference.base import FEW, HOPELESS, MANY, SEVERAL
 from grammarlab.preference.growth.cuts import Cuts, all_cuts, best_cuts, price_of_bounds
 from grammarlab.preference.growth.node_bins import node_bins
 from grammarlab.preference.growth.part_evidence import Evidence
@@ -29,12 +29,6 @@ from grammarlab.preference.growth.splits import Split, Value
 _NUM_BINS = 12
 """Number of bins of the labels of a node, beside those of intervals that stand out. More are only slower, since bounds
 move afterwards."""
-_NUM_EXACT = 24
-"""Number of columns of a node whose best cuts are compared, those that a screening ranks first. More are only slower.
-"""
-_NUM_ROOTS = 8
-"""Number of columns whose best cuts are first divisions, those that a screening ranks first, and of cuts of a node that
-it is grown again from. More are only slower."""
 _IMPROVED_DEPTH = 2
 """Number of levels of nodes that are grown again."""
 _MIN_POSSIBLE_GAIN = 6.0
@@ -141,7 +135,7 @@ class TreeGrowth:
         Args:
             others: trees of any labels, whose splits are tried as well.
         """
-        trees = self._beginnings(_NUM_ROOTS, others)
+        trees = self._beginnings(SEVERAL, others)
         return _different([*trees, self._improved(max(trees, key=lambda tree: tree.log_posterior), 0)])
 
     def sketches(self, others: Others | None = None) -> list[Tree]:
@@ -254,7 +248,7 @@ class TreeGrowth:
         if ranked is None:
             return tree
         leaf, order = self._leaf(tree.labels, depth), np.argsort(-ranked.log_posterior, kind="stable")
-        cuts = [index for index in order[:_NUM_ROOTS].tolist() if np.isfinite(ranked.log_posterior[index])]
+        cuts = [index for index in order[:SEVERAL].tolist() if np.isfinite(ranked.log_posterior[index])]
         others = (self._branch(tree.labels, depth, ranked, index, leaf, HOPELESS) for index in cuts)
         best = max((tree, *others), key=lambda tree: tree.log_posterior)
         parts = tuple((part, self._improved(branch, depth + 1)) for part, branch in best.parts)
@@ -305,7 +299,7 @@ class TreeGrowth:
             return None
         key = labels.tobytes()
         if key not in self._ranked_cache:
-            self._ranked_cache[key] = self._cut(self._screened(labels)[:_NUM_EXACT], labels)
+            self._ranked_cache[key] = self._cut(self._screened(labels)[:MANY], labels)
         ranked = self._ranked_cache[key]
         return ranked if np.isfinite(ranked.log_posterior).any() else None
 
@@ -349,11 +343,6 @@ class TreeGrowth:
         )
         prior = -float(self.columns.prices[column] + price_of_bounds(len(first), len(different) - 1))
         return Split(self.columns.readings[column], tuple(middles.tolist())), prior
-
-
-def undivided(labels: Ints, evidence: Evidence) -> Tree:
-    """All labels as one cell."""
-    return Tree(labels, evidence.of_labels(labels) + _log_leaf(0))
 
 
 def _different(trees: Sequence[Tree]) -> list[Tree]:

@@ -7,14 +7,16 @@ exceeds that of the best explanation of known columns; nothing else decides.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.growth.person_search import search
 from grammarlab.preference.growth.screening import coarse_bins, gains
 from grammarlab.preference.growth.tree_growth import Tree
-from grammarlab.preference.judge.best_tree import best_tree
 from grammarlab.preference.judge.labelled_columns import Explanation, Labels
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.votes import Vote, votes
@@ -26,8 +28,6 @@ _NUM_COMPOSED = 120
 """Number of composed columns that are compared exactly. More are only slower."""
 _MIN_LEAF = 8
 """Smallest number of labels of a leaf of known columns that composed columns may explain."""
-_USE_PRICE = float(np.log(2.0))
-"""Price of saying whether a column is a known one, in nats."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,8 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     (7,)
     """
     width = known.shape[1]
-    labels = Labels.of(known, np.full(width, _USE_PRICE + np.log(max(width, 1))), scores)
+    # Log 2 says whether a column is a known one.
+    labels = Labels.of(known, np.full(width, np.log(2.0) + np.log(max(width, 1))), scores)
     base = best_tree(labels, START_PERSONS)
     best_known = _better(base.explanation, _best_line(labels))
     shortlist = _shortlist(composed, prices, base.tree, labels.evidence.for_person(base.explanation.person))
@@ -80,7 +81,7 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     # each costs as if it had the other half alone: all shares add up to 1.74 at most, not to 1. With a third of
     # that half for each, a vote that 64 scores support is not worth its price in one of 36 files.
     further_prices = np.append(prices[shortlist], [np.log(2.0) + each.price for each in (*joined, *sums)])
-    wider = labels.joined(further, _USE_PRICE + further_prices)
+    wider = labels.joined(further, np.log(2.0) + further_prices)
     best = _better(best_known, best_tree(wider, START_PERSONS).explanation)
     best = _better(best, _best_line(wider))
     used = sorted(column - width for column in best.columns if column >= width)
@@ -94,6 +95,25 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
         known=best_known.total,
         person=best.person,
     )
+
+
+class BestTree(NamedTuple):
+    """The best tree and what it explains."""
+
+    explanation: Explanation
+    tree: Tree
+
+
+def best_tree(labels: Labels, persons: Sequence[Person]) -> BestTree:
+    """The best tree of some labels.
+
+    Args:
+        labels: the labels.
+        persons: errors that the search starts with, those with more noise first.
+    """
+    found = search(labels.columns, labels.evidence, persons)
+    tree, person = found.trees[0], found.evidence.person
+    return BestTree(Explanation(tree.log_posterior - person.price, tree.columns, person), tree)
 
 
 def _better(first: Explanation, second: Explanation) -> Explanation:

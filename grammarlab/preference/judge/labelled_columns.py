@@ -14,7 +14,7 @@ from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.person import START_PERSONS, Person
 
 MAX_LABELS = 384
-"""Largest number of labels that are judged, and of a smooth leaf: time grows with the third power of their number."""
+"""Largest number of labels that trees and lines are fitted to, an even selection by score. More are only slower."""
 
 
 class Explanation(NamedTuple):

@@ -1,12 +1,12 @@
-"""The best tree of some labels: what it divides by, smooth leaves, and the errors of the person."""
+"""The best tree of some labels: what it divides by, and the errors of the person."""
 
 import numpy as np
 import pytest
 
 from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.growth.tree_growth import Others, TreeGrowth
-from grammarlab.preference.judge.best_tree import best_tree
 from grammarlab.preference.judge.gain_of_trees import gain
+from grammarlab.preference.judge.judge import best_tree
 from grammarlab.preference.judge.labelled_columns import Labels
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.person import Person

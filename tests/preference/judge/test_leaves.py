@@ -5,10 +5,9 @@ from itertools import permutations, product
 import numpy as np
 import pytest
 from scipy.special import ndtr
-from scipy.stats import multivariate_normal
 
 from grammarlab.preference.judge import unexplained_scores
-from grammarlab.preference.judge.leaf_evidence import LENGTHS, LeafEvidence, SmoothLeaf
+from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
 from grammarlab.preference.person import DISLIKED, Person, possible_values
 
@@ -96,18 +95,6 @@ def test_an_empty_leaf_is_certain():
     scores = np.array([0.0, 50.0])
     evidence = LeafEvidence.of(scores, Person(5.0, 0.03))
     assert evidence.of_sums(np.zeros((1, evidence.terms.shape[1])))[0] == pytest.approx(0.0)
-
-
-@pytest.mark.parametrize("noise", [0.5, 12.0])
-def test_a_smooth_leaf_is_a_normal_density(noise):
-    randomness = np.random.default_rng(0)
-    column, scores = randomness.normal(size=9), randomness.uniform(0.0, 100.0, 9).round()
-    densities = []
-    for length in LENGTHS:
-        steps = (column[:, None] - column) / (length * column.std())
-        kernel = scores.var() * np.exp(-0.5 * steps**2) + 50.0**2 + (noise**2 + 1.0 / 12.0) * np.eye(9)
-        densities.append(multivariate_normal(np.full(9, 50.0), kernel).pdf(scores))
-    assert SmoothLeaf(column, scores).log_evidence(noise) == pytest.approx(np.log(np.mean(densities)))
 
 
 def test_leaves_of_two_kinds_of_scores_are_worth_dividing():
