@@ -1,9 +1,8 @@
 """What labels may be split by, each with its prior probability.
 
-Columns of one group are alternatives of one choice: all of them together are names, beside each column alone. A count
-of few different numbers also has names and a parity. Each group has the same share of the prior, since few groups
-matter; a continuous one has less, since it can explain anything. What orders the labels alike has the sum of the
-priors, since it says the same.
+Columns of one group are alternatives of one choice: all of them together are names, beside each column alone. Each
+group has the same share of the prior, since few groups matter; a continuous one has less, since it can explain
+anything. What orders the labels alike has the sum of the priors, since it says the same.
 """
 
 from __future__ import annotations
@@ -17,18 +16,14 @@ import numpy as np
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.preference.growth.ranks import ranks_of
 from grammarlab.preference.growth.screening import coarse_bins
-from grammarlab.preference.growth.splits import Names, Parity, Reading, Value
+from grammarlab.preference.growth.splits import Names, Reading, Value
 
 _CONTINUOUS_SHARE = 0.15
 """Prior of a continuous group; all others have 1."""
-_MAX_NUMBERS = 10
-"""Largest number of different counts that have names and a parity."""
 _MAX_NAMES = 12
 """Largest number of patterns of a group that are names."""
 _NAMES_OF_GROUP = 0.5
 """Share of the names of a group in its prior."""
-_BESIDE_VALUE = 0.1
-"""Share of the names, and of the parity, of a count in its prior."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,13 +97,7 @@ def _of_group(rows: Floats, columns: Ints, continuous: Flags, scores: Floats) ->
             rest = 1.0 - _NAMES_OF_GROUP
             yield names, _NAMES_OF_GROUP
     for column in columns.tolist():
-        share, values = rest / len(columns), np.unique(rows[:, column])
-        if continuous[column] or not 2 < len(values) <= _MAX_NUMBERS:
-            yield Value(column), share
-            continue
-        yield Value(column), (1.0 - 2.0 * _BESIDE_VALUE) * share
-        yield _names(rows, np.array([column]), scores), _BESIDE_VALUE * share
-        yield Parity(column, float(values[0]), float(np.diff(values).min())), _BESIDE_VALUE * share
+        yield Value(column), rest / len(columns)
 
 
 def _names(rows: Floats, columns: Ints, scores: Floats) -> Names:

@@ -1,4 +1,4 @@
-"""Splits of designs into parts by what is read from their rows, a value, a parity or one of several names.
+"""Splits of designs into parts by what is read from their rows, a value or one of several names.
 
 What is read is cut into intervals: a bound, a band, one number among others and all numbers apart are the same kind of
 split. Names have no order of their own, so they are put in the order of their mean scores.
@@ -28,25 +28,8 @@ class Value(NamedTuple):
         return rows[:, self.column]
 
 
-class Parity(NamedTuple):
-    """Whether a column is an odd number of steps away from a value."""
-
-    column: int
-    first: float
-    step: float
-
-    @property
-    def columns(self) -> tuple[int, ...]:
-        """Indices of the columns that are read."""
-        return (self.column,)
-
-    def read(self, rows: Floats) -> Floats:
-        """[m] 0 or 1 for each row [m, F]."""
-        return np.round((rows[:, self.column] - self.first) / self.step) % 2.0
-
-
 class Names(NamedTuple):
-    """Which of some patterns columns have: the alternatives of a choice, or the numbers of a count."""
+    """Which of some patterns columns have: the alternatives of a choice."""
 
     columns: tuple[int, ...]
     patterns: Floats
@@ -59,7 +42,7 @@ class Names(NamedTuple):
         return np.where(equal.any(axis=-1), equal.argmax(axis=-1), np.nan)
 
 
-Reading = Value | Parity | Names
+Reading = Value | Names
 
 
 class Split(NamedTuple):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grammarlab.preference.growth.split_columns import SplitColumns
-from grammarlab.preference.growth.splits import Names, Parity, Split, Value
+from grammarlab.preference.growth.splits import Names, Split, Value
 
 
 def columns_of(rows, groups=None, continuous=None, scores=None, priors=None):
@@ -22,8 +22,6 @@ def probability(columns, reading):
 def test_what_is_read_is_cut_into_intervals():
     rows = np.array([[0.0, 1.0], [1.0, 1.0], [3.0, 0.0], [4.0, 7.0]])
     assert Split(Value(0), (0.5, 3.0)).parts(rows).tolist() == [0, 1, 1, 2]
-    assert Split(Parity(0, 1.0, 1.0), (0.5,)).parts(rows).tolist() == [1, 0, 0, 1]
-    assert Parity(0, 0.0, 2.0).read(np.array([[0.0], [2.0], [4.0]])).tolist() == [0.0, 1.0, 0.0]
     names = Names((1,), np.array([[1.0], [0.0]]))
     assert Split(names, (0.5,)).parts(rows).tolist() == [0, 0, 1, -1]
 
@@ -68,13 +66,11 @@ def test_a_group_has_one_share_and_its_names_half_of_it():
     assert [probability(columns, Value(column)) for column in range(4)] == pytest.approx([0.25 / 3.0] * 3 + [0.5])
 
 
-def test_counts_have_names_and_a_parity_and_draws_have_not():
+def test_a_continuous_column_has_a_smaller_share_than_a_count():
     rows = np.column_stack([np.arange(24) % 4, np.linspace(0.0, 1.0, 24)]).astype(np.float64)
-    columns = columns_of(rows, continuous=[False, True], scores=np.tile([0.0, 90.0, 10.0, 80.0], 6))
-    kinds = [type(reading) for reading in columns.readings]
-    assert sorted(kind.__name__ for kind in kinds) == ["Names", "Parity", "Value", "Value"]
+    columns = columns_of(rows, continuous=[False, True])
+    assert columns.readings == (Value(0), Value(1))
     assert probability(columns, Value(1)) == pytest.approx(0.15 / 1.15)
-    assert probability(columns, Value(0)) == pytest.approx(0.8 / 1.15)
 
 
 def test_without_labels_or_differences_there_is_nothing_to_split_by():
