@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ndtri
 
 from grammarlab.arrays import Floats
 from grammarlab.preference.base import (
@@ -46,8 +47,6 @@ MIN_LABELS = 16
 _RATIO_POWER = 7.0
 """Power of the ratio of what cells and the process like of all designs. Where the process was the better part, they
 liked about as much (.9 to 1.1); where it was the worse one, it liked 1.2 to 50 times as much."""
-_SD_PER_MEDIAN = 1.4826
-"""Ratio of the standard deviation to the median size of normal errors."""
 _MAX_NOISE_FACTOR = 2.0
 """Largest factor on the noise of a process, which explains some noise by its function, and on the errors on held-out
 scores; both miss noise clipped at 0."""
@@ -269,19 +268,16 @@ def fit(
     cells = partition.fit(table, values, groups=numbers, continuous=drawn, priors=priors, seed=seed)
     starts = FEW if len(values) > MANY_LABELS else None
     process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
-    flat = _unexplained(table, cells, seed)
     chosen, likely = selected(values), np.ones(len(numbers)) if priors is None else np.asarray(priors, np.float64)
+    # Cells are fitted to the same labels.
+    flat = unexplained(values[chosen], folds_of(table[chosen], seed), cells.cells.grid)
     line = line_preference.fit(table[chosen], values[chosen], numbers, likely)
-    if len(chosen) == len(cells.cells.scores):
-        beside = flat
-    else:
-        beside = unexplained(values[chosen], folds_of(table[chosen], seed), cells.cells.grid)
-    cells_gain, line_gain = cells.log_evidence - flat.log_evidence, line.log_evidence - beside.log_evidence
+    cells_gain, line_gain = cells.log_evidence - flat.log_evidence, line.log_evidence - flat.log_evidence
     of_trees, process_belief = cells_gain, 1.0
     # A line without columns explains nothing.
     line_belief = belief(line_gain, len(values)) if line.columns else 0.0
     if belief(of_trees, len(values)) < SURE:
-        by_judge = cells.gain(table[chosen], values[chosen], drawn, beside.log_evidence)
+        by_judge = cells.gain(table[chosen], values[chosen], drawn, flat.log_evidence)
         # The priors of trees of both kinds have even odds.
         of_trees = float(np.logaddexp(cells_gain, by_judge) - np.log(2.0))
     cells_belief = belief(of_trees, len(values))
@@ -313,17 +309,8 @@ def fit(
 
     return replace(
         blend(parts),
-        held_out_error=float(np.median(np.abs(judged.errors))) * _SD_PER_MEDIAN,
+        # Half of all normal errors are smaller than the upper quartile.
+        held_out_error=float(np.median(np.abs(judged.errors)) / ndtri(0.75)),
         explained_variance=judged.explained_variance,
         sketches=tuple(blend(parts) for parts in judged.sketches),
     )
-
-
-def _unexplained(rows: Floats, cells: PartitionPreference, seed: int) -> Unexplained:
-    """Nothing explained, for the scores that cells were fitted to; of very many, these are a part.
-
-    Rows of a part are not known, and count as different.
-    """
-    scores = cells.cells.scores
-    labelled = rows if len(rows) == len(scores) else np.arange(len(scores), dtype=np.float64)[:, None]
-    return unexplained(scores, folds_of(labelled, seed), cells.cells.grid)

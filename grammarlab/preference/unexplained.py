@@ -8,7 +8,7 @@ With h(v) the probability of a value v of the grid and p(y | v) the likelihood o
 whose second term is one pseudo-count, spread evenly over the G values. Expectation-maximisation finds h. Parts of the
 scores are held out in turn, so that a distribution is not better for having seen the scores that it predicts.
 A single value for all designs would be a straw man: it explains no scores that differ, so anything else seems proven.
-Values are those of the cells (`grammarlab.preference.cells.cells.grid_of`), which would otherwise gain by a finer grid.
+Values are those of the cells (`grammarlab.preference.cells.cells.grid_of`): a finer grid would gain more.
 """
 
 from __future__ import annotations

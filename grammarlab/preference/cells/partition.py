@@ -25,25 +25,21 @@ from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import FEW, MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.box_search import NUM_CHAINS, find_boxes
-from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
+from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.cells.density_values import values_for_density
 from grammarlab.preference.cells.sum_shares import split_columns, sums_of, widened
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.growth.person_search import search
 from grammarlab.preference.growth.tree_growth import Others, Tree, TreeGrowth, loosened, posterior_shares
 from grammarlab.preference.judge.gain_of_trees import gain
+from grammarlab.preference.judge.labelled_columns import selected
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
 from grammarlab.preference.person import NOISES, START_PERSONS, Intervals, Person
 
-_MAX_ROWS_TO_FIT = 512
-"""Largest number of labels that trees are grown from; of more, an even selection by score is used."""
 _NUM_DOUBTFUL = 10
 """Number of alternative trees, used only to choose questions."""
 _DOUBT_TEMPERATURE = 4.0
 """Approximate loss in nats of the alternative trees."""
-_MIN_NOISE_PROBABILITY = 0.25
-"""Least probability of a noise that values are averaged over, relative to the most likely one: an unlikely small one
-would make every disliked cell a little liked, and most designs are disliked."""
 
 
 class Designs(NamedTuple):
@@ -195,9 +191,7 @@ class PartitionPreference(AbstractPreference):
         table, randomness = widened(rows, self.shares_of), np.random.default_rng(0)
         boxes = find_boxes(table, scores, continuous, randomness, intervals, FEW, self.priors)
         others = Others([box.tree(table) for box in boxes], table)
-        labelled = ScoreCells(scores, self.cells.grid, *self.person, intervals=intervals)
-        sketched = TreeGrowth(columns, labelled).sketches(_one_of_each_chain(others))
-        growth = TreeGrowth(columns, with_levels(labelled, sketched))
+        growth = TreeGrowth(columns, ScoreCells(scores, self.cells.grid, *self.person, intervals=intervals))
         # Without errors, held-out scores have influenced the splits of all labels, which would be a leak. Boxes are so
         # hard to find again with fewer chains that it would be worse to do without.
         if self.person.errs or self.boxes:
@@ -283,7 +277,7 @@ class PartitionPreference(AbstractPreference):
     @cached_property
     def _allowed(self) -> tuple[tuple[float, ScoreCells], ...]:
         """The labels with each likely noise, and its share; all shares sum to 1."""
-        likely = self.noises >= _MIN_NOISE_PROBABILITY * self.noises.max()
+        likely = self.noises >= MIN_SHARE
         shares = self.noises[likely] / self.noises[likely].sum()
         noises = np.array(NOISES)[likely]
         return tuple(
@@ -317,7 +311,7 @@ def fit(
         groups: [F] group numbers; by default every column is its own group.
         continuous: [F] whether columns are continuous instead of counts; by default none is.
         priors: [F] how likely columns are to matter, relative to each other; by default all are equally likely.
-        seed: seed of the draws of splits, and of the selection of labels if there are more than `_MAX_ROWS_TO_FIT`.
+        seed: seed of the draws of splits.
         warm: not used.
         intervals: [n] intervals of the labels, if they are not scores; the scores are then approximate values.
 
@@ -328,11 +322,9 @@ def fit(
     numbers = checked_groups(groups, table.shape[1])
     drawn = checked_kinds(continuous, len(numbers))
     randomness = np.random.default_rng(seed)
-    if len(values) > _MAX_ROWS_TO_FIT:
-        by_score = np.argsort(values + 1e-6 * randomness.random(len(values)), kind="stable")
-        selected = np.sort(by_score[np.arange(_MAX_ROWS_TO_FIT) * len(values) // _MAX_ROWS_TO_FIT])
-        table, values = table[selected], values[selected]
-        intervals = None if intervals is None else intervals.take(selected)
+    chosen = selected(values)
+    table, values = table[chosen], values[chosen]
+    intervals = None if intervals is None else intervals.take(chosen)
     sums = sums_of(table, numbers, drawn)
     wide = widened(table, sums)
     likely = None if priors is None else np.asarray(priors, dtype=np.float64)
@@ -342,8 +334,7 @@ def fit(
         columns = split_columns(table, numbers, drawn, sums, values, likely)
         first = ScoreCells(values, grid_of(values), *START_PERSONS[0], intervals=intervals)
         found = search(columns, first, START_PERSONS, _one_of_each_chain(others))
-        cells = with_levels(found.evidence, found.trees)
-        growth = TreeGrowth(columns, cells)
+        cells, growth = found.evidence, found.growth
         trees = growth.trees(others)
         drawn_trees = [growth.drawn(_DOUBT_TEMPERATURE, randomness) for _ in range(_NUM_DOUBTFUL)]
         doubtful = [loosened(tree, wide, randomness) for tree in drawn_trees]
@@ -358,14 +349,6 @@ def fit(
         priors=likely,
         boxes=tuple(boxes),
     )
-
-
-def with_levels(cells: ScoreCells, trees: Sequence[Tree]) -> ScoreCells:
-    """The labels, and the values that the cells of some trees, the most likely one first, seem to have."""
-    divisions = [
-        (share, tuple(tree.cells())) for share, tree in zip(posterior_shares(trees).tolist(), trees, strict=True)
-    ]
-    return replace(cells, levels=levels_of(cells, divisions))
 
 
 def _one_of_each_chain(boxes: Others) -> Others:

@@ -30,6 +30,8 @@ class Found(Generic[E]):
     """The scores and the errors."""
     trees: list[Tree]
     """The most likely one first."""
+    growth: TreeGrowth
+    """What they grew from, which has the best cuts of their nodes."""
 
     @property
     def log_evidence(self) -> float:
@@ -53,7 +55,7 @@ def search(columns: SplitColumns, evidence: E, persons: Sequence[Person], others
         return TreeGrowth(columns, evidence.for_person(person))
 
     def sketched(person: Person) -> Found[E]:
-        return Found(evidence.for_person(person), growth_of(person).sketches(others))
+        return Found(evidence.for_person(person), growth_of(person).sketches(others), growth_of(person))
 
     best = sketched(persons[0])
     for person in persons[1:]:
@@ -68,7 +70,7 @@ def search(columns: SplitColumns, evidence: E, persons: Sequence[Person], others
         if likely in tried:
             break
         tried.add(likely)
-        found = Found(evidence.for_person(likely), growth_of(likely).trees(others))
+        found = Found(evidence.for_person(likely), growth_of(likely).trees(others), growth_of(likely))
         best = max(best, found, key=lambda item: item.log_evidence)
     return best
 

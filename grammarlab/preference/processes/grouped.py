@@ -21,6 +21,7 @@ from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import (
     FEW,
+    MANY_LABELS,
     MAX_SCORE,
     MIN_SHARE,
     AbstractPreference,
@@ -43,9 +44,6 @@ from grammarlab.preference.processes.grouped_search import (
     starting_kernels,
 )
 from grammarlab.preference.processes.posterior import MAX_ROWS, Posterior, condition
-
-MAX_ROWS_TO_FIT = 256
-"""Largest number of distinct rows of the search; of more, a selection with the same distribution of scores is used."""
 
 NUM_RANDOM_STARTS = 2
 """Number of random starts of the search for kernels."""
@@ -134,7 +132,7 @@ def fit(
         scores: [n] 0-100.
         groups: [F] group numbers; by default every column is its own group.
         continuous: [F] whether columns are continuous instead of counts; by default none is.
-        seed: seed of the random starts, and of the selection of rows if there are more than `MAX_ROWS_TO_FIT`.
+        seed: seed of the random starts, and of the selection of rows if there are more than `MANY_LABELS`.
         warm: a preference found by this method on the same columns; its explanations are further starts.
         starts: largest number of starts, for a fast approximation.
 
@@ -164,7 +162,7 @@ def fit_observed(
     plain = observations.means if differences is None else observations.means[differences.variances == 0.0]
     highest = float(np.max(plain, initial=0.0))
     highest = highest if highest > ROUNDING else MAX_SCORE
-    problem = problem_of(thinned(observations, MAX_ROWS_TO_FIT, seed), numbers, scales, highest)
+    problem = problem_of(thinned(observations, MANY_LABELS, seed), numbers, scales, highest)
     drawn = np.zeros(problem.num_groups)
     drawn[numbers[checked_kinds(continuous, num_columns)]] = 1.0
     kernels = _warm_starts(warm, num_columns, numbers) + starting_kernels(problem, seed, NUM_RANDOM_STARTS, drawn)

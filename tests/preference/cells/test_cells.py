@@ -1,20 +1,20 @@
-"""Cells: evidence and posterior beside sums over all values, and what other cells tell."""
+"""Cells: evidence and posterior beside sums over all values."""
 
 import numpy as np
 import pytest
 
-from grammarlab.preference.cells.cells import ScoreCells, grid_of, levels_of
+from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.person import log_likelihood
 
 SCORES = np.array([0.0, 0.0, 62.0, 60.0, 3.0, 57.0])
 
 
-def cells_of(noise=5.0, levels=None):
-    return ScoreCells(SCORES, grid_of(SCORES), noise, 0.05, levels)
+def cells_of(noise=5.0):
+    return ScoreCells(SCORES, grid_of(SCORES), noise, 0.05)
 
 
 def prior_of(cells):
-    """[G] where there are no levels: one quarter at 0, the rest over the even grid and the scores.
+    """[G] one quarter at 0, the rest over the even grid and the scores.
 
     Of those below 1.5 standard deviations of the noise nine tenths go to 0.
     """
@@ -41,7 +41,7 @@ def test_a_prior_is_a_distribution():
 
 
 def test_evidence_of_many_parts_at_once_is_that_of_each():
-    cells = cells_of(levels=levels_of(cells_of(), [(1.0, [np.array([0, 1, 4]), np.array([2, 3, 5])])]))
+    cells = cells_of()
     parts = [np.array([0, 1]), np.array([2]), np.array([3, 4, 5]), np.arange(6)]
     inside = np.array([np.isin(np.arange(6), part) for part in parts], dtype=np.float32)
     each = [cells.of_labels(part) for part in parts]
@@ -51,12 +51,9 @@ def test_evidence_of_many_parts_at_once_is_that_of_each():
     assert cells.of_sums(np.zeros((1, sums.shape[-1])))[0] == pytest.approx(0.0, abs=1e-4)
 
 
-def test_what_others_are_worth_makes_a_value_likely_and_a_cell_does_not_tell_itself():
-    before = cells_of(noise=10.0)
-    liked, disliked = np.array([2, 3]), np.array([0, 1, 4])
-    levels = levels_of(before, [(1.0, [liked, disliked, np.array([5])])])
-    after = cells_of(noise=10.0, levels=levels)
-    # The sixth score is like those of another cell, which makes it likelier; without that cell nothing changes.
-    assert after.of_labels(np.array([5])) > before.of_labels(np.array([5])) + 0.1
-    alone = cells_of(noise=10.0, levels=levels_of(before, [(1.0, [np.array([5])])]))
-    assert alone.of_labels(np.array([5])) == pytest.approx(before.of_labels(np.array([5])), abs=1e-4)
+@pytest.mark.parametrize("num", [1, 5, 24])
+def test_a_grid_has_all_of_few_different_scores(num):
+    scores = np.random.default_rng(num).uniform(0.0, 100.0, num)
+    grid = grid_of(np.tile(scores, 3))
+    assert set(scores) | set(np.arange(0.0, 101.0, 4.0)) == set(grid)
+    assert len(grid_of(np.random.default_rng(num).uniform(0.0, 100.0, 500))) <= 26 + 24

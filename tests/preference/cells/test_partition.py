@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from grammarlab.preference.base import MIN_SHARE
 from grammarlab.preference.cells import partition
 from grammarlab.preference.person import BLUNDERS, NOISES
 from tests.cases import takes_turns
@@ -61,8 +62,7 @@ def test_values_are_averages_over_the_noises_that_the_labels_allow():
     scores = np.clip(50.0 * rows[:, 0] + 10.0 + 20.0 * randomness.normal(size=64), 0.0, 100.0)
     found = partition.fit(rows, scores)
     low = np.flatnonzero(rows[:, 0] == 0.0)
-    least = 0.25 * found.noises.max()
-    likely = [(share, noise) for share, noise in zip(found.noises, NOISES, strict=True) if share >= least]
+    likely = [(share, noise) for share, noise in zip(found.noises, NOISES, strict=True) if share >= MIN_SHARE]
     assert len(likely) > 1
     means = [share * replace(found.cells, noise=noise).posterior(low) @ found.cells.grid for share, noise in likely]
     assert found._values([low])[0][0] == pytest.approx(sum(means) / sum(share for share, _ in likely))
