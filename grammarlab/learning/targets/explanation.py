@@ -285,7 +285,7 @@ class _ColumnWords:
 
     @staticmethod
     def _choice(name: str, interval: _Range) -> Iterator[str]:
-        before, arrow, after = name.rpartition(" → ")
+        before, arrow, after = name.removeprefix("any ").rpartition(" → ")
         has, thing = interval.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
         if thing.startswith(ONE_OF):
             yield thing if has else f"none{thing.removeprefix('one')}"
@@ -300,6 +300,12 @@ class _ColumnWords:
             things = name.split(" + ")
             numbered = self._number_of(things, low, high) if self.highest[interval.column] <= len(things) else ""
             yield numbered or f"{self._whole(low, high)} of these: {', '.join(map(_thing, things))}"
+            return
+        place, arrow, value = name.rpartition(" → ")
+        is_choice = bool(arrow) and not isinstance(self.table.features[interval.column], Formula)
+        if is_choice and self.is_integer[interval.column]:
+            num = self._whole(low, high)
+            yield f"{place} = {value} " + {"none": "never", "1": "once"}.get(num, f"{num} times")
             return
         yield f"{name}:" if " " in name else name
         if self.is_integer[interval.column]:

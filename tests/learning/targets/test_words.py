@@ -143,6 +143,20 @@ def test_designs_that_cannot_differ_teach_nothing_and_this_is_said():
     assert result.predicted.words.knowledge[0].startswith("All models are alike: ")
 
 
+def test_choices_that_models_make_several_times_are_counted_in_words():
+    rows = np.random.default_rng(1).integers(0, 5, (600, 1)).astype(np.float64)
+    table = table_of(np.column_stack([rows, coins(600, 1)]), ["Range → Deck", "any Quoins → Left and Right"])
+
+    def words(is_liked):
+        return words_of(table, np.where(is_liked, 100.0, 0.0), np.ones(600))
+
+    assert words(rows[:, 0] >= 1) == Words(("Range = Deck 1 or more times (100)",), ("Range = Deck never (0)",))
+    assert words((rows[:, 0] >= 2) & (rows[:, 0] < 4)).likes == ("Range = Deck 2 to 3 times (100)",)
+    assert words(rows[:, 0] == 1).likes == ("Range = Deck once (100)",)
+    assert words(rows[:, 0] < 3).likes == ("Range = Deck at most 2 times (100)",)
+    assert words(table.rows[:, 1] > 0).likes == ("Quoins = Left and Right (100)",)
+
+
 def test_quantities_have_their_units():
     """A height, an area of thousands of square metres and an angle, as a person says them."""
     rows = np.random.default_rng(1).random((600, 3)) * [30.0, 4000.0, 60.0]
