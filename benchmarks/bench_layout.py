@@ -24,7 +24,7 @@ MOST_DISTANCE = 0.15
 
 def layout_of(side: float, kind: str, sizes: ParcelSizes) -> Layout:
     outline = shapely.box(0, 0, side, 0.8 * side)
-    field = DirectionField(kind)  # type: ignore[arg-type]
+    field = DirectionField(kind)  # type: ignore[arg-type, ty:invalid-argument-type]
     return laid_out(LayoutRequest(outline=outline, field=field, sizes=sizes, park_share=0.0, seed=1))
 
 

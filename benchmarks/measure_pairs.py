@@ -80,7 +80,7 @@ class Subject:
         return self._measured(list(self.study.tables().addresses[:NUM_MEASURED]))
 
     def _measured(self, addresses: list[Address]) -> dict[str, Floats]:
-        forest = self.study.space.derive(addresses)  # pyright: ignore[reportAttributeAccessIssue]  # of grammars
+        forest = self.study.space.derive(addresses)  # ty: ignore[missing-attribute]  # pyright: ignore[reportAttributeAccessIssue]  # of grammars
         counts = count(forest, list(self.symbols))
         return extents(forest) | dict(zip(self.symbols, counts.T, strict=True))
 

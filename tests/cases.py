@@ -62,7 +62,7 @@ def bulk(max_examples: int, **options: Any) -> Callable[[Test], Test]:
             return chosen
         if not hasattr(chosen, "hypothesis"):
             return _every_fifth(chosen, PART)
-        chosen.hypothesis.inner_test = _every_fifth(chosen.hypothesis.inner_test, PART)  # pyright: ignore[reportFunctionMemberAccess]
+        chosen.hypothesis.inner_test = _every_fifth(chosen.hypothesis.inner_test, PART)  # ty: ignore[missing-attribute]  # pyright: ignore[reportFunctionMemberAccess]
         return chosen
 
     return limited
@@ -93,4 +93,4 @@ def _every_fifth(test: Test, chosen: int) -> Test:
             failed = True
             raise
 
-    return tried  # pyright: ignore[reportReturnType]
+    return tried  # ty: ignore[invalid-explicit-return]  # pyright: ignore[reportReturnType]

@@ -19,7 +19,7 @@ SOURCE = Path(gl.__file__).read_text(encoding="utf-8")
 
 def test_the_names_are_those_that_type_checkers_see_and_in_order():
     (block,) = [node for node in ast.parse(SOURCE).body if isinstance(node, ast.If)]
-    seen = [alias.asname or alias.name for node in block.body for alias in node.names]  # pyright: ignore[reportAttributeAccessIssue]  # imports
+    seen = [alias.asname or alias.name for node in block.body for alias in node.names]  # ty: ignore[missing-attribute]  # pyright: ignore[reportAttributeAccessIssue]  # imports
     assert sorted(seen) == gl.__all__
     assert set(gl.__all__) < set(dir(gl))
 

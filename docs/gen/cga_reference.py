@@ -9,6 +9,7 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from grammarlab.derivation import derive
 from grammarlab.language.grammar import Grammar
@@ -41,8 +42,9 @@ def all_operations() -> Iterator[Operation]:
     """The operations, in the order of the page."""
     for group in _read("cga_operations.toml")["group"]:
         for entry in group["operation"]:
+            values: dict[str, Any] = {**entry, "forms": tuple(entry["forms"]), "example": entry["example"].strip()}
             yield Operation(
-                **{**entry, "forms": tuple(entry["forms"]), "example": entry["example"].strip()},
+                **values,
                 has_picture=bool(group.get("pictures")),
                 group=group["title"],
             )

@@ -28,7 +28,7 @@ _GROUPS = (
 def grammar() -> dict[str, object]:
     """The TextMate grammar."""
     identifier = r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*"
-    patterns: list[dict[str, object]] = [
+    patterns: list[dict[str, object]] = [  # ty: ignore[invalid-assignment]
         {"name": "comment.line.cga", "match": r"(?://|#).*$"},
         {"name": "comment.block.cga", "begin": r"/\*", "end": r"\*/"},
         {"name": "string.quoted.double.cga", "match": r'"(?:\\.|[^"\\])*"?'},

@@ -158,7 +158,7 @@ def _level_strips(level: int) -> Mapping[str, Strip]:
     if level == 1:  # splits of steep branches are seen best: the angle is measured from the vertical
         forks |= {"down_angle_1": 25, "branches_1": 4, "ratio": 0.03}
     curved = {**tree, f"curve_{level}": 60}
-    values: Mapping[str, tuple[tuple[float, ...], Values]] = {
+    values: dict[str, tuple[tuple[float, ...], Values]] = {
         "length": ((0.6, 0.8, 1) if level == 0 else (0.15, 0.3, 0.6), tree),
         "length_v": ((0, 0.15, 0.3), tree),
         "taper": ((0, 1, 2, 3), thick),

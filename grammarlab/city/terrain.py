@@ -122,7 +122,7 @@ class Terrain:
             from rasterio.errors import RasterioError  # noqa: PLC0415  # an extra
             from rasterio.windows import Window  # noqa: PLC0415
         try:
-            values = raster.read(1, window=Window(*window)).astype(np.float64)  # pyright: ignore[reportCallIssue]  # attrs
+            values = raster.read(1, window=Window(*window)).astype(np.float64)  # ty: ignore[too-many-positional-arguments]  # pyright: ignore[reportCallIssue]  # attrs
         except (RasterioError, OSError, ValueError, MemoryError) as error:
             raise AssetError(f"{self.path}: the raster is broken: {printable(str(error))[:200]}.") from error
         if self.nodata is not None:

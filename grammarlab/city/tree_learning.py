@@ -124,11 +124,11 @@ def _cells(area: BaseGeometry, frame: Frame) -> _Cells:
         raise UsageError(f"area: expected at most {_MOST_CANDIDATES:,} cells of {CELL:g} m, found {num:,}.")
     index = np.stack(np.meshgrid(np.arange(west, east + 1), np.arange(south, north + 1)), axis=-1).reshape(-1, 2)
     if num > _MAX_CELLS:
-        index = index[np.argsort(_words(index, frame), kind="stable")]
+        index = index[np.argsort(_words(index, frame), kind="stable")]  # ty: ignore[invalid-argument-type]
     shapely.prepare(area)
     parts, total = [], 0
     for start in range(0, num, _MAX_CELLS):
-        part = _meeting(area, index[start : start + _MAX_CELLS])
+        part = _meeting(area, index[start : start + _MAX_CELLS])  # ty: ignore[invalid-argument-type]
         parts.append(part)
         total += len(part.index)
         if total >= _MAX_CELLS:

@@ -76,4 +76,4 @@ class Program:
     def id_type(self) -> np.dtype[np.int16 | np.int32]:
         """Types of the columns of symbols, rules, children and sites: as narrow as this grammar allows."""
         most = max(len(self.symbols), len(self.rule_names), len(self.sites), self.most_successors)
-        return np.dtype(np.int16) if most <= np.iinfo(np.int16).max else np.dtype(np.int32)
+        return np.dtype(np.int16) if most <= np.iinfo(np.int16).max else np.dtype(np.int32)  # ty: ignore[invalid-explicit-return]

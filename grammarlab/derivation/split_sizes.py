@@ -148,7 +148,7 @@ def _sums(sizes: Sequence[SplitSize]) -> tuple[Floats, Floats | None]:
         Metres of the fixed sizes, and shares of the sums of floating sizes; None without floating sizes.
     """
     if all(type(size.value) is float for size in sizes):
-        return _constant_sums(tuple(sizes))
+        return _constant_sums(tuple(sizes))  # ty: ignore[invalid-argument-type]
     columns = [np.atleast_1d(_positive(size.value)) for size in sizes]
     sums = np.zeros((2, len(sizes) + 1, max(len(column) for column in columns)))
     for index, (size, column) in enumerate(zip(sizes, columns, strict=True), start=1):

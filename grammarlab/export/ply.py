@@ -54,8 +54,8 @@ class PlyWriter(AbstractWriter):
         if batch.coordinates is not None:
             vertices["s"], vertices["t"] = batch.coordinates.T
         faces = np.empty(len(batch.triangles), FACE)
-        faces["count"] = 3
-        faces["corners"] = batch.triangles + np.uint32(self._num_vertices)
+        faces["count"] = 3  # ty: ignore[invalid-assignment]
+        faces["corners"] = batch.triangles + np.uint32(self._num_vertices)  # ty: ignore[invalid-assignment]
         self._num_vertices += len(vertices)
         self._vertices.write(vertices.tobytes())
         self._faces.write(faces.tobytes())

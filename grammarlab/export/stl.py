@@ -42,8 +42,8 @@ class StlWriter(AbstractWriter):
         turn = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         length = np.linalg.norm(turn, axis=1, keepdims=True)
         faces = np.zeros(len(corners), _FACE)
-        faces["normal"] = turn / np.where(length > 0.0, length, 1.0)
-        faces["corners"] = corners
+        faces["normal"] = turn / np.where(length > 0.0, length, 1.0)  # ty: ignore[invalid-assignment]
+        faces["corners"] = corners  # ty: ignore[invalid-assignment]
         self._faces.write(faces.tobytes())
 
     def finish(self) -> tuple[Path, ...]:

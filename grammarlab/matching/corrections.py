@@ -100,7 +100,7 @@ def correction_of(value: Any, where: str) -> Correction:
     present = [what for what in ("template", "same", "ignore", "share") if what in values]
     if len(present) != 1 or not elements:
         raise FacadeError(f"{where}: expected elements and one of template, same, ignore and share.")
-    what: What = present[0]  # pyright: ignore[reportAssignmentType] one of the words above
+    what: What = present[0]  # ty: ignore[invalid-assignment]  # pyright: ignore[reportAssignmentType] one of the words above
     if what in {"same", "ignore"}:
         if values[what] is not True:
             raise FacadeError(f"{where}, {what}: expected true; delete the correction to undo it.")

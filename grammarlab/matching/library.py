@@ -127,7 +127,7 @@ def _range_of(attribute: Attribute) -> _ParameterRange | None:
         ends = [constant(argument) for argument in value.arguments]
         usual = None if None in ends else sum(end for end in ends if end is not None) / 2.0
     else:
-        usual = constant(value) if not attribute.constant else None  # pyright: ignore[reportArgumentType] any other tree is None
+        usual = constant(value) if not attribute.constant else None  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType] any other tree is None
     if usual is None or not np.isfinite(usual) or usual <= 0.0:
         return None
     low, high, step = _MIN_RATIO * usual, _MAX_RATIO * usual, None

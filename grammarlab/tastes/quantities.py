@@ -66,7 +66,7 @@ class Quantities(NamedTuple):
         """Some of them."""
         return Quantities(tuple(self.formulas[index] for index in indices.tolist()), self.values[:, indices])
 
-    def __len__(self) -> int:
+    def __len__(self) -> int:  # ty: ignore[incompatible-method-override]
         return len(self.formulas)
 
 

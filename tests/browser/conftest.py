@@ -82,7 +82,7 @@ def windows(browser: Browser) -> Iterator[Any]:
         width, height = options.pop("size", SIZE)
         script = options.pop("script", "")
         # Without a graphics card every frame of a movement that runs out softly takes time.
-        calm = {"reduced_motion": "reduce", **options}
+        calm: dict[str, Any] = {"reduced_motion": "reduce", **options}
         context = browser.new_context(viewport={"width": width, "height": height}, **calm)
         contexts.append(context)
         context.add_init_script(LATE + QUIET + script)

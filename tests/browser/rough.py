@@ -53,7 +53,7 @@ def main() -> None:
     from grammarlab import cli
     from grammarlab.pages.scoring import session
 
-    session.WorkerPool = RoughPool
+    session.WorkerPool = RoughPool  # ty: ignore[invalid-assignment]
     cli.main()
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -264,7 +265,7 @@ def in_degrees(swap: bool = False, scale: float = 1e-4) -> dict:
 def test_coordinates_that_cannot_be_right_are_refused(tmp_path):
     far = polygon([[x + 691_000, y + 5_334_000] for x, y in SQUARE])
     degrees, utm = named("EPSG:4258"), named("EPSG:25832")
-    cases = [
+    cases: list[tuple[Any, dict[str, Any], str]] = [
         (collection(feature(far)), {}, "does not name.*crs = .*local"),
         (collection(feature(far), crs=degrees), {}, "EPSG:4258, counts in degrees.*x = 6910"),
         (collection(feature(in_degrees(swap=True)), crs=degrees), {}, "only if x and y are swapped"),

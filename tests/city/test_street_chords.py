@@ -34,7 +34,7 @@ def test_nearest_points_of_a_ring_equal_those_of_shapely():
 @pytest.mark.parametrize("kind", ["grid", "radial", "mixed"])
 @pytest.mark.parametrize("heading", [0.0, 1.6])
 def test_both_parts_of_a_ring_fill_it(kind: str, heading: float):
-    directions = directions_on(DirectionField(kind, centre=(900.0, 1200.0)), SHAPE)  # type: ignore[arg-type]
+    directions = directions_on(DirectionField(kind, centre=(900.0, 1200.0)), SHAPE)  # type: ignore[arg-type, ty:invalid-argument-type]
     for point in POINTS[shapely.contains_xy(SHAPE, POINTS)][:20]:
         chord = traced_both_ways(CONCAVE, directions, point, heading)
         assert chord is not None

@@ -13,7 +13,7 @@ def network_of(kind: str, outline: shapely.Polygon = OUTLINE, seed: int = 3, var
     rules = SplitRules(
         widths=(24.0, 16.0, 10.0), block_area=(4_000.0, 20_000.0), block_depth=60.0, variation=variation, seed=seed
     )
-    return street_network(ring_of(outline, 16.0), directions_on(DirectionField(kind), outline), rules)  # type: ignore[arg-type]
+    return street_network(ring_of(outline, 16.0), directions_on(DirectionField(kind), outline), rules)  # type: ignore[arg-type, ty:invalid-argument-type]
 
 
 @pytest.mark.parametrize("kind", FIELD_KINDS)

@@ -37,7 +37,7 @@ def test_trees_have_their_intensity_without_crowns():
         counts = np.histogram2d(*points.T, bins=6, range=[[0, 600]] * 2)[0].ravel()
         axis = np.arange(5.0, 600, 10)
         grid = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1).reshape(-1, 2)
-        expected = np.histogram2d(*grid.T, bins=6, range=[[0, 600]] * 2, weights=model.at(grid)[:, number] / 100)[0]
+        expected = np.histogram2d(*grid.T, bins=6, range=[[0, 600]] * 2, weights=model.at(grid)[:, number] / 100)[0]  # ty: ignore[invalid-argument-type, no-matching-overload]
         assert abs(counts.sum() - expected.sum()) < 4 * np.sqrt(expected.sum())
         scaled = expected.ravel() * counts.sum() / expected.sum()
         assert chisquare(counts, scaled).pvalue > 1e-3

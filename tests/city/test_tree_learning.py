@@ -23,7 +23,7 @@ def test_an_intensity_is_learned_from_its_trees():
     assert learned.species == ("lime", "oak")
     axis = np.arange(25.0, 600, 50)
     grid = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
-    error = np.log(learned.at(grid)) - np.log(model.at(grid))[:, ::-1]
+    error = np.log(learned.at(grid)) - np.log(model.at(grid))[:, ::-1]  # ty: ignore[invalid-argument-type]
     assert np.sqrt((error**2).mean(axis=0)).max() < 0.3
 
 

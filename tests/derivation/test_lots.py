@@ -196,13 +196,13 @@ def test_the_rule_that_a_model_starts_with_is_its_own():
         (lambda: Lots.of(1, 1, street_width=[8.0, 0]), "street widths: expected one for each of 4 edges"),
         (lambda: Lots.of(1, 1, street_width=[8.0, 0, 0, -1]), "found a negative or no number"),
         (lambda: Lots.of(1, 1, street_width=[8.0, 0, 0, np.nan]), "found a negative or no number"),
-        (lambda: Lots.of(1, 1, street_width="wide"), "street widths: expected metres for each edge"),  # type: ignore[arg-type]  # a mistake on purpose
+        (lambda: Lots.of(1, 1, street_width="wide"), "street widths: expected metres for each edge"),  # type: ignore[arg-type, ty:invalid-argument-type]  # a mistake on purpose
         (lambda: Footprints.of([(1.0, 1.0)], []), "street widths: expected those of 1 footprints, found 0"),
         (lambda: Footprints(*TWO, np.zeros(7)), "a column of float64 for 8 corners, found float64 of shape"),
         (lambda: Footprints(*TWO, np.zeros(8, dtype=int)), "a column of float64"),
         (lambda: Footprints(*TWO, np.full(8, -1.0)), "found a negative or infinite number"),
         (lambda: Footprints(*TWO, np.array([np.nan] * 3 + [0.0] * 5)), "found NaN at some"),
-        (lambda: Lots.of(1, 1, attributes={"height": None}), "attribute height: expected a number"),  # type: ignore[dict-item]  # a mistake on purpose
+        (lambda: Lots.of(1, 1, attributes={"height": None}), "attribute height: expected a number"),  # type: ignore[dict-item, ty:invalid-argument-type]  # a mistake on purpose
         (lambda: Lots.concatenate([]), "at least one"),
         (lambda: Lots.of(2, 1).on(Footprints.of([(1.0, 1.0)]), np.array([0, 1])), "found 0 to 1"),
         (lambda: Lots.of(2, 1).on(Footprints.of([(1.0, 1.0)]), np.array([0])), "a footprint for each of 2 models"),
@@ -215,8 +215,8 @@ def test_the_rule_that_a_model_starts_with_is_its_own():
             lambda: derive(PROGRAM, Lots.of(1, 1, start_rule="House")),
             "start rule House; expected a rule without parameters: Lot, Mass",
         ),
-        (lambda: derive(PROGRAM, Lots.of(1, 1), seed=3), "lots already define.*leave out seed"),  # type: ignore[call-overload]  # a mistake on purpose
-        (lambda: derive(PROGRAM, 3), "needs a seed"),  # type: ignore[call-overload]  # a mistake on purpose
+        (lambda: derive(PROGRAM, Lots.of(1, 1), seed=3), "lots already define.*leave out seed"),  # type: ignore[call-overload, ty:invalid-argument-type]  # a mistake on purpose
+        (lambda: derive(PROGRAM, 3), "needs a seed"),  # type: ignore[call-overload, ty:invalid-argument-type]  # a mistake on purpose
     ],
 )
 def test_lots_that_make_no_sense_are_refused(make, message):

@@ -24,7 +24,7 @@ def _polygons(seed: int, count: int) -> list[Meshes]:
     for _ in range(count):
         points = np.array([[0.0, 0.25, 1.0], [random.choice([0.0, -0.0]), 0.0, 1.0]])
         faces = [[0, 1, 2, 3]] if random.random() < 0.5 else [[0, 1, 2], [2, 3, 0]]
-        mesh = Meshes.single(points[[0, 1, 1, random.integers(0, 2)]], faces, [int(random.integers(0, 2))] * len(faces))
+        mesh = Meshes.single(points[[0, 1, 1, random.integers(0, 2)]], faces, [int(random.integers(0, 2))] * len(faces))  # ty: ignore[invalid-argument-type]
         if random.random() < 0.5:
             uv = np.full((len(mesh.corners), 2), random.choice([0.0, -0.0, np.nan]))
             slots = random.integers(0, 2, len(faces))

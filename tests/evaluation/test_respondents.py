@@ -24,7 +24,7 @@ def test_programs_rely_on_these_names():
     assert list(RESPONDENTS) == ["exact", "stars", "sd5", "sd10", "sd20", "blunders5", "blunders10", *OF_TWO_VOICES]
     assert all(name == person.name for name, person in RESPONDENTS.items())
     with pytest.raises(FrozenInstanceError):
-        EXACT.noise = 1.0  # pyright: ignore[reportAttributeAccessIssue] - that is what is tested
+        EXACT.noise = 1.0  # ty: ignore[invalid-assignment]  # pyright: ignore[reportAttributeAccessIssue] - that is what is tested
 
 
 @pytest.mark.parametrize("sd", [5, 10, 20])

@@ -182,7 +182,7 @@ def test_faces_that_cross_themselves_are_triangles():
     pentagram = [[np.sin(k * 0.8 * np.pi), 0.0, np.cos(k * 0.8 * np.pi)] for k in range(5)]
     scene = realize(derive(Grammar.parse("Lot --> W."), 1, 5))
     scene = replace(scene, meshes=Meshes.single(np.array(pentagram), [range(5)]), mesh=np.zeros(1, np.int32))
-    feature = json.loads(building_line(CityBuilding(**{**vars(building("Lot --> W.")), "scene": scene}), ["3"]))
+    feature = json.loads(building_line(replace(building("Lot --> W."), scene=scene), ["3"]))
     surfaces = surfaces_of(geometry_of(feature, "3"))
     assert all(len(outer) == 3 for outer, *_ in surfaces[:-1])
 
@@ -202,9 +202,7 @@ def test_a_line_is_the_same_alone_and_in_a_batch():
     for model in range(3):
         alone = realize(derive(grammar, 1, 5, first_model=model))
         lines = [
-            building_line(
-                CityBuilding(**{**vars(building()), "scene": scene, "labels": SurfaceLabels.none(len(scene))})
-            )
+            building_line(replace(building(), scene=scene, labels=SurfaceLabels.none(len(scene))))
             for scene in (alone, scene_of_model(batch, model))
         ]
         assert lines[0] == lines[1]
@@ -239,7 +237,7 @@ def test_large_integers_are_texts_and_the_others_numbers():
 
 def test_labels_belong_to_instances():
     whole = building()
-    fewer = CityBuilding(**{**vars(whole), "labels": SurfaceLabels.none(1)})
+    fewer = replace(whole, labels=SurfaceLabels.none(1))
     with pytest.raises(UsageError, match="label for each of its 6"):
         building_line(fewer)
 

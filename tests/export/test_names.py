@@ -98,4 +98,4 @@ def test_a_model_alone_counts_from_its_pivot_in_every_format(tmp_path):
     assert "# origin 10.0 0.0 10.0" in (tmp_path / "one.obj").read_text()
     ply = (tmp_path / "one.ply", save(one, tmp_path / "one.ply"))[1].read_bytes()
     assert b"comment grammarlab: metres, y up" in ply
-    assert json.dumps(sorted(one.labels.attributes)) == '["floors"]'  # type: ignore[union-attr]
+    assert json.dumps(sorted(one.labels.attributes)) == '["floors"]'  # type: ignore[union-attr, ty:missing-union-attribute]

@@ -44,7 +44,7 @@ def facades(num_models: int) -> Scene:
 
 
 def surface_of(scene: Scene, path: Path, assets: Path, reuse: str = "merged") -> Surface:
-    return world(read_glb(save(scene, path, options=SaveOptions(reuse=reuse, assets=assets))))  # type: ignore[arg-type]
+    return world(read_glb(save(scene, path, options=SaveOptions(reuse=reuse, assets=assets))))  # type: ignore[arg-type, ty:invalid-argument-type]
 
 
 @pytest.mark.parametrize("reuse", REUSES)

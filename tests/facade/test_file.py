@@ -277,7 +277,15 @@ SCRAPS = st.recursive(
     lambda some: st.lists(some, max_size=3) | st.dictionaries(st.sampled_from(["node", "row", "name", "x"]), some),
     max_leaves=6,
 )
-PLACES = [("nodes",), ("grids",), ("labels",), ("pictures",), ("version",), ("nodes", 1), ("grids", 0)]
+PLACES: list[tuple[str | int, ...]] = [
+    ("nodes",),
+    ("grids",),
+    ("labels",),
+    ("pictures",),
+    ("version",),
+    ("nodes", 1),
+    ("grids", 0),
+]
 PLACES += [("nodes", 1, key) for key in ("parent", "axis", "x", "width", "label", "outline", "picture", "window")]
 PLACES += [("grids", 0, key) for key in ("name", "elements")] + [("grids", 0, "elements", 0)]
 

@@ -78,4 +78,4 @@ def test_one_feature_is_not_a_list_of_features(features):
 
 def test_something_else_than_models_is_refused():
     with pytest.raises(UsageError, match=r"forest: expected Forest such as .* found Grammar"):
-        count(GRAMMAR, ["Porch"])  # pyright: ignore[reportArgumentType]  # that is the mistake
+        count(GRAMMAR, ["Porch"])  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType]  # that is the mistake

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -113,7 +114,7 @@ def test_differences_are_those_of_the_choices():
 
 
 def test_equal_choices_have_equal_hashes_and_plain_values():
-    values = {"floors": np.int64(2), "tone": "red", "height": np.float32(2.5), "shops": True}
+    values: dict[str, Any] = {"floors": np.int64(2), "tone": "red", "height": np.float32(2.5), "shops": True}
     choices = RuleChoices(library="lib", attributes=values)
     again = RuleChoices(library=Path("lib"), attributes=dict(reversed(values.items())))
     assert (hash(choices), repr(choices)) == (hash(again), repr(again))

@@ -1,4 +1,5 @@
 from importlib import import_module
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from grammarlab.layers.design import Letter, Weights
 from grammarlab.layers.symbol_sizes import Squares, size_letters
 from tests.layers.matrices import random_case, word
 
-clarabel = import_module("clarabel")  # has no types
+clarabel: Any = import_module("clarabel")  # has no types
 
 HOUSE = {"A": 1.0, "B": 1.6, "C": 1.1, "D": 1.0}
 WALL, COLUMNS = word("ABABA", HOUSE), word("CeC", HOUSE, transparent="e", partial="C")

@@ -3,6 +3,7 @@
 import io
 import json
 import zipfile
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,7 +68,7 @@ def test_what_is_wrong_is_said_with_its_place(elements, message):
 )
 def test_arrays_of_other_numbers_are_refused(columns, message):
     buffer = io.BytesIO()
-    fine = {"offsets": np.array([0, 4]), "points": np.zeros((4, 2)), "boxes": np.array([[0, 0, 1, 1]])}
+    fine: dict[str, Any] = {"offsets": np.array([0, 4]), "points": np.zeros((4, 2)), "boxes": np.array([[0, 0, 1, 1]])}
     np.savez(buffer, **{**fine, **columns})
     with pytest.raises(FacadeError, match=message):
         load_arrays(buffer.getvalue())

@@ -4,6 +4,7 @@ import multiprocessing
 import subprocess
 import sys
 from contextlib import closing
+from typing import Any
 
 import pytest
 
@@ -75,7 +76,7 @@ def test_the_scores_of_a_closed_session_are_there_when_it_is_opened_again(sessio
 def test_choices_for_a_rule_file_belong_to_the_session(sent, tmp_path):
     rules = tmp_path / "tower.cga"
     rules.write_text("attr h = 3  Lot --> extrude(h)  House --> extrude(h) B")
-    options = {"path": tmp_path / "towers.db", "jobs": 0}
+    options: dict[str, Any] = {"path": tmp_path / "towers.db", "jobs": 0}
     choices = RuleChoices(start_rule="House", attributes={"h": 5})
     first = ScoringSession(str(rules), choices=choices, **options)
     again = ScoringSession(str(rules), choices=RuleChoices(start_rule="House", attributes={"h": 5}), **options)

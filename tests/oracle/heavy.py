@@ -24,7 +24,7 @@ def primitive_with(make: Callable[..., Meshes]) -> Callable[[Call], Shape]:
 
     def apply(call: Call) -> Shape:
         counts = [int(number(a.value)) for a in call.arguments]
-        own = primitives.natural_size(make.__name__, *counts)
+        own = primitives.natural_size(make.__name__, *counts)  # ty: ignore[missing-attribute]
         return primitive(Mesh.from_columns(make(*counts)), call, own)
 
     return apply

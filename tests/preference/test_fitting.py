@@ -141,7 +141,7 @@ def test_an_unknown_method_is_answered_with_the_known_ones():
     with pytest.raises(
         UsageError, match="expected one of blended, partition, grouped, paper, kde, sklearn, lightgbm, found 'magic'"
     ):
-        fit([[1.0]], [1.0], method="magic")  # pyright: ignore[reportArgumentType]
+        fit([[1.0]], [1.0], method="magic")  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType]
 
 
 @pytest.mark.parametrize(

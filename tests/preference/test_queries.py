@@ -152,7 +152,7 @@ def test_the_default_asks_about_what_lowers_the_error_more_than_chance():
 
 def test_an_unknown_way_is_answered_with_the_known_ones():
     with pytest.raises(UsageError, match=r"'magic'; expected one of default, uniform"):
-        propose("magic", situation(num_asked=4), 1, seed=0)  # pyright: ignore[reportArgumentType]
+        propose("magic", situation(num_asked=4), 1, seed=0)  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType]
 
 
 def test_models_that_once_were_rare_stay_rare():

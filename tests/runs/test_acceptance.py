@@ -1,6 +1,7 @@
 """Runs of files with an acceptance rule: the same models whoever makes them, and what is said about candidates."""
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,10 +32,9 @@ Block --> 30% : extrude(3) Low else : extrude(rand(4, 9)) High
 LOW = parse("Low")
 
 
-def request(tmp_path, **options):
-    return SampleRequest(
-        name="lots", text=RULES, assets=tmp_path, seed=5, **{"num_models": 30, "image": False, **options}
-    )
+def request(tmp_path, **options: Any):
+    values: dict[str, Any] = {"num_models": 30, "image": False, **options}
+    return SampleRequest(name="lots", text=RULES, assets=tmp_path, seed=5, **values)
 
 
 def test_models_do_not_depend_on_who_makes_them_or_how_many(tmp_path, monkeypatch):

@@ -1,4 +1,5 @@
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -115,7 +116,7 @@ def test_units_are_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
 )
 def test_units_that_do_not_fit_are_refused(change: dict[str, object], told: str) -> None:
     house = shop_house()
-    given = {"widths": np.full(6, 2.0), "heights": np.full(6, 3.0), "bodies": ("NIL",) * 7, **change}
+    given: dict[str, Any] = {"widths": np.full(6, 2.0), "heights": np.full(6, 3.0), "bodies": ("NIL",) * 7, **change}
     with pytest.raises(FacadeError, match=told):
         write_label_family(house, Units(**given), (8.0, 20.0), (9.0, 30.0))
 

@@ -22,7 +22,7 @@ from grammarlab.synthesis.label_grid import HOLE, LabelGrid, joined
 )
 def test_what_is_no_grid_is_refused(labels: object, told: str) -> None:
     with pytest.raises(FacadeError, match=told):
-        LabelGrid.from_labels(labels)  # type: ignore[arg-type]  # strangers give anything
+        LabelGrid.from_labels(labels)  # type: ignore[arg-type, ty:invalid-argument-type]  # strangers give anything
 
 
 def test_names_are_checked() -> None:

@@ -16,7 +16,7 @@ def test_grids_of_any_size(rows: int, columns: int, method: str) -> None:
         LabelGrid.from_labels([[0]]),
         LabelGrid.from_labels([[0, 1, 1, 0]]),
     ):
-        found = synthesize([example], rows, columns, method=method)[0]  # type: ignore[arg-type]  # one of both
+        found = synthesize([example], rows, columns, method=method)[0]  # type: ignore[arg-type, ty:invalid-argument-type]  # one of both
         assert found.grid.labels.shape == (rows, columns)
         assert found.bound <= found.energy
         assert 0.0 <= found.quality.patch_similarity <= 1.0

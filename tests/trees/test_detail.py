@@ -36,7 +36,7 @@ def blooming(num: int = 1) -> Skeleton:
 
 
 def detailed(skeleton: Skeleton, detail: str, look: Look | None = None) -> Scene:
-    return realize_trees(skeleton, look or Look(), detail)  # pyright: ignore[reportArgumentType]
+    return realize_trees(skeleton, look or Look(), detail)  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType]
 
 
 @cache
@@ -164,7 +164,7 @@ def test_files_with_instances_have_the_same_surface_and_pictures(reuse: str, tmp
     assets = FILES[0].parent / "assets"
     look = Look(bark="bark_smooth.jpg", leaf="leaf.jpg", blossom="blossom.jpg")
     scene = detailed(blooming(), "low", look)
-    options = SaveOptions(reuse=reuse, assets=assets)  # pyright: ignore[reportArgumentType]
+    options = SaveOptions(reuse=reuse, assets=assets)  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType]
     path = save(scene, tmp_path / "tree.glb", options=options)
     content = path.read_bytes()
     for name in ("bark_smooth.jpg", "leaf.jpg", "blossom.jpg"):

@@ -152,13 +152,13 @@ def test_a_function_teaches_a_species_from_columns_or_from_meshes():
     def tall(scene: gl.Scene) -> Floats:
         heights = np.full(scene.num_models, -np.inf)
         np.maximum.at(heights, scene.model, scene.position[:, 1] + scene.size[:, 1])
-        return heights > np.median(heights)
+        return (heights > np.median(heights)).astype(np.float64)
 
     assert isinstance(gl.learn(species, tall, 16, sees="scene", pool=pool), gl.LearnedDensity)
     with pytest.raises(UsageError, match="sees: expected one of trees, scene, found 'forest'"):
-        gl.learn(species, lambda trees: trees, 16, sees="forest")  # pyright: ignore[reportCallIssue, reportArgumentType]
+        gl.learn(species, lambda trees: trees, 16, sees="forest")  # ty: ignore[no-matching-overload]  # pyright: ignore[reportCallIssue, reportArgumentType]
     with pytest.raises(UsageError, match="grammar: expected Grammar"):
-        gl.learn("oak", lambda trees: trees, 16)  # pyright: ignore[reportCallIssue, reportArgumentType]
+        gl.learn("oak", lambda trees: trees, 16)  # ty: ignore[no-matching-overload]  # pyright: ignore[reportCallIssue, reportArgumentType]
 
 
 @takes_turns

@@ -67,7 +67,7 @@ def test_pictures_repeat_at_most_a_thousand_times():
 def test_a_trunk_has_the_volume_of_a_cone(detail: str):
     """A straight trunk of one segment without flare: its prism's share of the cone's third."""
     named = {"levels": 1.0, "flare": 0.0, "curve_res_0": 6.0, "ratio": 0.05, "scale": 10.0}
-    points, triangles = bark(realize_trees(grow(row(**named)[None], tree_keys(1)), Look(), detail))  # pyright: ignore[reportArgumentType]
+    points, triangles = bark(realize_trees(grow(row(**named)[None], tree_keys(1)), Look(), detail))  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType]
     cone = math.pi * 0.5**2 * 10.0 / 3.0
     assert 0.4 * cone < volume(points, triangles) < cone
     if detail == "full":
@@ -106,7 +106,7 @@ def test_pictures_go_round_a_whole_number_of_times_and_keep_their_proportions():
 @pytest.mark.parametrize("detail", DETAILS)
 @pytest.mark.parametrize("seed", some(range(60)))
 def test_every_edge_has_two_triangles_in_opposite_directions(seed: int, detail: str):
-    scene = realize_trees(grow(random_row(seed)[None], tree_keys(1, seed)), Look(), detail)  # pyright: ignore[reportArgumentType]
+    scene = realize_trees(grow(random_row(seed)[None], tree_keys(1, seed)), Look(), detail)  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType]
     points, triangles = bark(scene)
     shared = welded(points, triangles)
     assert (shared[:, [0, 1, 2]] != shared[:, [1, 2, 0]]).all()
@@ -119,7 +119,7 @@ def test_every_edge_has_two_triangles_in_opposite_directions(seed: int, detail: 
 @pytest.mark.parametrize("detail", DETAILS)
 def test_every_tube_is_closed_and_faces_outwards(detail: str):
     """The stems of a tree one by one: pieces of its mesh that share points."""
-    points, triangles = bark(realize_trees(aspens(1), Look(), detail))  # pyright: ignore[reportArgumentType]
+    points, triangles = bark(realize_trees(aspens(1), Look(), detail))  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType]
     shared = welded(points, triangles)
     edges = directed_edges(shared)
     num = int(shared.max()) + 1

@@ -120,7 +120,7 @@ def _leaves(
             f"the attribute {attribute.name} is chosen by a condition: an exact grammar needs random draws only"
         )
     if not isinstance(choice, Stochastic):
-        yield path, choice, probability  # type: ignore[misc]
+        yield path, choice, probability  # type: ignore[misc, ty:invalid-yield]
         return
     chances = probabilities(choice)
     if chances is None:

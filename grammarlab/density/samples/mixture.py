@@ -124,7 +124,7 @@ def fit_mixture(
 
 def dense(product: sparse.csr_array | Floats) -> Floats:
     """A product with a sparse table as an ordinary array."""
-    return product.toarray() if sparse.issparse(product) else np.asarray(product)  # type: ignore[union-attr]
+    return product.toarray() if sparse.issparse(product) else np.asarray(product)  # type: ignore[union-attr, ty:missing-union-attribute]
 
 
 def distinct_derivations(

@@ -129,7 +129,7 @@ def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspac
         value = 0.0 if code is None else code(shapes, workspace)
         if kind_of(value) in ("string", ARRAY):
             raise DerivationError(f"expected a percentage, found a {kind_of(value)}", choice.location)
-        values.append(value if isinstance(value, np.ndarray) else float(value))  # type: ignore[arg-type]
+        values.append(value if isinstance(value, np.ndarray) else float(value))  # type: ignore[arg-type, ty:invalid-argument-type]
     if any(isinstance(value, np.ndarray) for value in values):
         percentages = np.stack([number_column(value, shapes.num) for value in values], axis=1)
     else:
@@ -149,7 +149,7 @@ def _weights(choice: RandomChoice[_Payload], shapes: Shapes, workspace: Workspac
 
 def _truth(value: Value, location: Location) -> bool | NDArray[np.bool_]:
     if isinstance(value, np.ndarray) and value.dtype.kind == "b":
-        return value  # type: ignore[return-value]
+        return value  # type: ignore[return-value, ty:invalid-explicit-return]
     if isinstance(value, bool):
         return value
     raise DerivationError(f"expected a condition that is true or false, found a {kind_of(value)}", location)

@@ -130,7 +130,7 @@ class BoundCall(NamedTuple):
         """
         value = argument.value
         if isinstance(value, str) or (isinstance(value, np.ndarray) and value.dtype.kind == "i"):
-            return value  # type: ignore[return-value]
+            return value  # type: ignore[return-value, ty:invalid-explicit-return]
         raise self.error(f"{self.name} expected a string, found a {kind_of(value)}")
 
     def warn(self, message: str, hint: str = "") -> None:

@@ -310,7 +310,7 @@ def mirror_scope(call: BoundCall) -> Shapes:
 def _truths(call: BoundCall, argument: Argument) -> bool | NDArray[np.bool_]:
     value = argument.value
     if isinstance(value, bool) or (isinstance(value, np.ndarray) and value.dtype.kind == "b"):
-        return value  # type: ignore[return-value]
+        return value  # type: ignore[return-value, ty:invalid-explicit-return]
     raise call.error(f"{call.name} expects true or false for each axis")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
@@ -64,7 +66,7 @@ def _one_by_one(call: BoundCall, heights: Floats, kinds: tuple[np.ndarray, ...])
     parts = [_extruded(_narrowed(call, chosen), heights[chosen]) for chosen in rows if len(chosen)]
     back = np.argsort(np.concatenate(rows))
     fields = ("position", "size", "frame", "mesh")
-    joined = {name: np.concatenate([getattr(part, name) for part in parts])[back] for name in fields}
+    joined: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts])[back] for name in fields}
     return call.shapes._replace(**joined)
 
 

@@ -129,7 +129,7 @@ def _by_flag(apply: OperationFunction, position: int) -> OperationFunction:
             same = argument._replace(value=bool(flags[0]))
             return apply(call._replace(arguments=tuple([same if a is argument else a for a in call.arguments])))
         for flag in (False, True):
-            call = call._replace(shapes=where(call, flags == flag, carried_out))
+            call = call._replace(shapes=where(call, flags == flag, carried_out))  # ty: ignore[invalid-argument-type]
         return call.shapes
 
     return carried_out

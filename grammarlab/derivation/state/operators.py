@@ -41,7 +41,7 @@ def value_texts(value: Value, strings: StringTable) -> str | NDArray[np.int32]:
     if isinstance(value, float | int):
         return number_text(value)
     if value.dtype.kind == "i":
-        return value  # type: ignore[return-value]
+        return value  # type: ignore[return-value, ty:invalid-explicit-return]
     if value.dtype.kind == "b":
         return np.where(value, strings.id("true"), strings.id("false")).astype(np.int32)
     unique, inverse = np.unique(value, return_inverse=True)
@@ -157,7 +157,7 @@ def _not(value: Value, location: Location) -> Value:
 
 
 def _positive(value: Value, location: Location) -> Value:
-    return -_negative(value, location)  # type: ignore[operator]
+    return -_negative(value, location)  # type: ignore[operator, ty:unsupported-operator]
 
 
 UNARY: dict[str, UnaryOperator] = {"-": _negative, "+": _positive, "!": _not}

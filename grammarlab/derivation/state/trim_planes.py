@@ -170,7 +170,7 @@ def _of_box_faces(batch: _Faces, index: NDArray[np.int64], frames: FrameTable) -
 
 def with_trim_ids(shapes: Shapes, ids: FaceIds | int) -> Shapes:
     """The same shapes with other planes [N], or without planes."""
-    return shapes._replace(state={**shapes.state, TRIM: ids})
+    return shapes._replace(state={**shapes.state, TRIM: ids})  # ty: ignore[invalid-argument-type]
 
 
 def trim(shapes: Shapes, planes: TrimPlanes, meshes: MeshTable, frames: FrameTable) -> Shapes:

@@ -161,7 +161,7 @@ def best_counts(kinds: SpringKinds) -> tuple[Ints, bool]:
         return counts, False
     ranges = [np.arange(first, last + 1) for first, last in zip(low.tolist(), high.tolist(), strict=True)]
     numbers = np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, len(ranges))
-    best = numbers[int(kinds.deformation(numbers).argmin())]
+    best = numbers[int(kinds.deformation(numbers).argmin())]  # ty: ignore[invalid-argument-type]
     return (best if kinds.deformation(best) < kinds.deformation(counts) else counts), True
 
 

@@ -58,9 +58,9 @@ def fill(pieces: VisiblePieces, frame: Rectangle, *, split: bool = False) -> tup
         level_pieces, pending = pending, []
         for around, inside in level_pieces:
             if not inside:
-                tiles.append((*around, WALL))
+                tiles.append((*around, WALL))  # ty: ignore[invalid-argument-type]
             elif len(inside) == 1 and inside[0][:4] == around:
-                tiles.append((*around, inside[0][4]))
+                tiles.append((*around, inside[0][4]))  # ty: ignore[invalid-argument-type]
             else:
                 pending += _divided(around, inside, Y) or _divided(around, inside, X) or _forced(around, inside, split)
     table = np.array(tiles, dtype=np.int64)

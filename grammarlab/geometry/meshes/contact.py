@@ -139,7 +139,7 @@ class _Face:
             return CrossSection()
         placement = np.zeros((3, 4))
         placement[:, :3] = self.axes
-        turned = other.solid.transform(placement)  # pyright: ignore[reportArgumentType]
+        turned = other.solid.transform(placement)  # ty: ignore[invalid-argument-type]  # pyright: ignore[reportArgumentType]
         return turned.slice(level)
 
 

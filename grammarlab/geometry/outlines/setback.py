@@ -140,7 +140,9 @@ def _by_pattern(
 def _rectangle_pieces(names: Sequence[int]) -> tuple[list[Loop], list[int]]:
     """Strips and remainder of a rectangle, and their first edges."""
     inner = [4 + i if max(names[i], names[i - 1]) >= 0 else i for i in range(4)]
-    strips = {i: ((i, (i + 1) % 4, inner[(i + 1) % 4], inner[i]),) for i in range(4) if names[i] >= 0}
+    strips: dict[int, tuple[Loop, ...]] = {
+        i: ((i, (i + 1) % 4, inner[(i + 1) % 4], inner[i]),) for i in range(4) if names[i] >= 0
+    }
     if list(names) == [0, 0, 0, 0]:
         pieces: list[tuple[int, Loop]] = [(0, (0, 1, 5, 4, 7, 6, 5, 1, 2, 3))]
     else:

@@ -92,7 +92,7 @@ def check_files(
 
 def _symbols_of(grammar: Grammar) -> Symbols:
     libraries: Mapping[str, Symbols | None] = {
-        alias: library and _symbols_of(library) for alias, library in grammar.libraries.items()
+        alias: None if library is None else _symbols_of(library) for alias, library in grammar.libraries.items()
     }
     return collect(grammar.tree, libraries)
 

@@ -35,7 +35,7 @@ class Flattened:
         log_flat = np.where(np.isfinite(self.log_original), 0.0, np.nan)
         alternatives = np.isfinite(self.log_original).sum(axis=1, keepdims=True)
         log_flat -= np.log(np.maximum(alternatives, 1))
-        changed = np.isfinite(log_flat).any(axis=1)[forest.draws.site]
+        changed = np.isfinite(log_flat).any(axis=1)[forest.draws.site]  # ty: ignore[not-subscriptable]
         site = forest.draws.site[changed]
         branch = forest.draws.value[changed].astype(np.int64)
         ratio = (self.log_original - log_flat)[site, branch]

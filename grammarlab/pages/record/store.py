@@ -121,12 +121,12 @@ class Store:
         """
         with self._transaction():
             self._read()
-            body = body(self.record) if callable(body) else body
-            self.record.check(kind, body)
-            text = json.dumps(body, separators=(",", ":"), allow_nan=False)
+            values: Body = body(self.record) if callable(body) else body  # ty: ignore[invalid-assignment]
+            self.record.check(kind, values)
+            text = json.dumps(values, separators=(",", ":"), allow_nan=False)
             if self.record.revision >= MAX_EVENTS or len(text) > MAX_TEXT:
                 raise UsageError(f"{self._path}: too much for one session; export the labels and begin another.")
-            event = Event(self.record.revision + 1, time.time(), kind, body)
+            event = Event(self.record.revision + 1, time.time(), kind, values)
             self._connection.execute(
                 "INSERT INTO events VALUES (?, ?, ?, ?)", (event.number, event.time, event.kind, text)
             )

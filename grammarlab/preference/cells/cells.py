@@ -85,9 +85,13 @@ class ScoreCells:
         """Upper bound on the evidence of divisions of a cell."""
         return float(self.log_likelihood[labels].max(axis=1).sum())
 
-    @cached_property
+    @property
     def terms(self) -> Floats:
         """[n, G] terms of the labels, whose sums over a part give its evidence."""
+        return self._terms
+
+    @cached_property
+    def _terms(self) -> Floats:
         return self.log_likelihood.astype(np.float64)
 
     def of_sums(self, sums: Floats) -> Floats:

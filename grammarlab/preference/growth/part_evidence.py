@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Protocol, Self
 
 from grammarlab.arrays import Floats, Ints
@@ -22,7 +21,7 @@ class Evidence(Protocol):
         """The errors."""
         ...
 
-    @cached_property
+    @property
     def terms(self) -> Floats:
         """[n, W] terms of the scores, whose sums over a part give its evidence."""
         ...

@@ -51,7 +51,9 @@ class SplitColumns:
     def plain(cls, values: Floats, prices: Floats) -> SplitColumns:
         """Columns [n, C] that are read as they are, with prices [C] in nats."""
         readings = tuple(Value(column) for column in range(values.shape[1]))
-        places = {(Value, reading.columns): column for column, reading in enumerate(readings)}
+        places: dict[tuple[type, tuple[int, ...]], int] = {
+            (Value, reading.columns): column for column, reading in enumerate(readings)
+        }
         return cls(readings, values, prices, places)
 
     @classmethod
@@ -82,7 +84,7 @@ class SplitColumns:
         values = np.array([reading.read(rows) for reading in readings]).T
         first, same = _different(values)
         prices = np.log(sum(masses)) - np.log(np.bincount(same, masses, minlength=len(first)))
-        places = {
+        places: dict[tuple[type, tuple[int, ...]], int] = {
             (type(reading), reading.columns): place for reading, place in zip(readings, same.tolist(), strict=True)
         }
         return cls(tuple(readings[index] for index in first.tolist()), values[:, first], prices, places)

@@ -45,9 +45,13 @@ class LeafEvidence:
         """[n, G] log-likelihood of each score for each value."""
         return log_likelihood(self.scores, possible_values(), *self.person).astype(np.float64)
 
-    @cached_property
+    @property
     def terms(self) -> Floats:
         """[n, G + T] columns whose sums over a part give its evidence."""
+        return self._terms
+
+    @cached_property
+    def _terms(self) -> Floats:
         return np.concatenate([self.log_likelihood, self.unexplained.members], axis=1)
 
     def of_sums(self, sums: Floats) -> Floats:

@@ -241,4 +241,5 @@ def _apart(labels: Labels, division: Division) -> tuple[Floats, float]:
     excess[np.diff(ascending, axis=0) <= 0.0] = 0.0
     place, column = np.unravel_index(int(excess.argmax()), excess.shape)
     places = max(len(np.unique(ascending[:, column])) - 1, 1)
-    return labels.values[:, column] > ascending[place, column], float(labels.prices[column] + np.log(places))
+    flag = (labels.values[:, column] > ascending[place, column]).astype(np.float64)
+    return flag, float(labels.prices[column] + np.log(places))

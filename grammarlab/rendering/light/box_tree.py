@@ -209,7 +209,7 @@ def _rays(origins: AnyFloats, directions: AnyFloats, limit: np.float32) -> _Rays
     return _Rays(
         origin=np.ascontiguousarray(origins.T, np.float32),
         direction=direction,
-        inverse=np.float32(1) / _nonzero(direction),
+        inverse=np.float32(1) / _nonzero(direction),  # ty: ignore[invalid-argument-type]
         limit=np.full(len(origins), limit, np.float32),
         triangle=np.full(len(origins), -1, np.int32),
         u=zeros,

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from functools import reduce
 from operator import and_
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
@@ -105,13 +105,14 @@ def _rows(table: pa.Table, frame: Frame) -> ParcelRows:
     columns = {name: table[name].cast(kind).combine_chunks() for name, kind in COLUMNS.items()}
     reports = {name: table[name].cast(pa.float64()) for name in table.column_names if name.startswith(REPORT)}
     widths = columns["street_widths"].fill_null([])
+    texts: dict[str, Any] = {name: _texts(columns[name]) for name in ("id", "zone", "reason", "grammar", "tile")}
     return ParcelRows(
         outline=_outlines(columns["geometry"], frame),
         lot=_outlines(columns["lot"], frame),
         street_width=widths.flatten().to_numpy(),
         lot_edges=offsets_from_counts(widths.value_lengths().to_numpy()),
         reports={name.removeprefix(REPORT): column.to_numpy() for name, column in reports.items()},
-        **{name: _texts(columns[name]) for name in ("id", "zone", "reason", "grammar", "tile")},
+        **texts,
         **{name: columns[name].to_numpy() for name in ("seed", "model", "reroll", "area")},
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sized
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,7 +49,16 @@ class ParcelRows:
     """[N] values by the keys of ``report`` in the grammars; NaN for none."""
 
     def __post_init__(self) -> None:
-        columns = [self.outline, self.lot, self.zone, self.reason, self.seed, self.model, self.reroll, self.grammar]
+        columns: list[Sized] = [
+            self.outline,
+            self.lot,
+            self.zone,
+            self.reason,
+            self.seed,
+            self.model,
+            self.reroll,
+            self.grammar,
+        ]
         columns += [self.area, self.tile, *self.reports.values()]
         if any(len(column) != len(self) for column in columns) or len(self.lot_edges) != len(self) + 1:
             raise UsageError("rows of parcels: expected columns of equal length")

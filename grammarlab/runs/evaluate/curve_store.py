@@ -11,11 +11,11 @@ from typing import Any
 
 from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.respondents import EXACT
-from grammarlab.runs.work.results import Results, adopt_lines, json_kind
+from grammarlab.runs.work.results import Kind, Results, adopt_lines, json_kind
 
 STORE = "curves"
 """Folder of the curves in the folder of a run; with the suffix .jsonl, the file of earlier versions."""
-_MEASUREMENT = json_kind(dict, dict)
+_MEASUREMENT: Kind[dict[str, Any]] = json_kind(dict, dict)
 
 
 @dataclass(frozen=True, slots=True)

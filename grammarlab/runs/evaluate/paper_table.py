@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 from grammarlab.about import __version__
 from grammarlab.density.samples.examples import learn_from_examples
@@ -77,7 +78,12 @@ def density_rows(
     results = computed(
         measurements_in(folder, STORE, fresh=fresh), _measured, tasks, executor, "densities", on_progress
     )
-    return tuple(DensityRow(**{**row, "findings": tuple(row["findings"])}) for row in results.values() if row)
+    return tuple(_row(values) for values in results.values() if values)
+
+
+def _row(stored: Mapping[str, Any]) -> DensityRow:
+    values: dict[str, Any] = {**stored, "findings": tuple(stored["findings"])}
+    return DensityRow(**values)
 
 
 @dataclass(frozen=True, slots=True)

@@ -56,8 +56,8 @@ class GrammarModels(AbstractModels):
         return unsupported_features(self.source.grammar)
 
     def check(self, request: SampleRequest) -> None:
-        options = {"attributes": request.attributes, "start_rule": request.start_rule or None}
-        derive(self.source.program, 0, request.seed, **options)
+        attributes, start_rule = request.attributes, request.start_rule or None
+        derive(self.source.program, 0, request.seed, attributes=attributes, start_rule=start_rule)
 
     def asset_names(self) -> Iterable[str]:
         return self.source.asset_names()

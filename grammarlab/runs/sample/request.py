@@ -297,7 +297,7 @@ def _fields(values: Mapping[str, Any]) -> dict[str, Any]:
     unknown = [name for name in values if name not in _TYPES]
     if unknown:
         raise AssetError(f"{where}: unknown member {unknown[0]!r:.60}, perhaps of a newer version of grammarlab.")
-    fields: dict[str, Any] = {name: member(values, name, _TYPES[name], where) for name in values}
+    fields: dict[str, Any] = {name: member(values, name, _TYPES[name], where) for name in values}  # ty: ignore[invalid-argument-type]
     fields["attributes"] = plain_values(fields.get("attributes", {}), f"{where}.attributes")
     footprints = enumerate(fields.get("footprints", []))
     fields["models"] = tuple(of_kind(number, int, f"{where}.models") for number in fields.get("models", []))

@@ -38,7 +38,7 @@ def of_kind(value: Any, kind: type[Kind], where: str) -> Kind:
         AssetError: If it has another one.
     """
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-        raise AssetError(f"{where}: expected {_WORDS[kind]}, found {shown(value)}.")
+        raise AssetError(f"{where}: expected {_WORDS[kind]}, found {shown(value)}.")  # ty: ignore[invalid-argument-type]
     if isinstance(value, str) and _has_lone_surrogates(value):
         raise AssetError(f"{where}: expected a text, found characters that no text has: {shown(value)}.")
     return value

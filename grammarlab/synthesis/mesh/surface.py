@@ -275,12 +275,12 @@ def sliced(surface: Surface, axis: int, position: float, snap: float) -> Surface
     start, end = rows.ravel(), np.roll(rows, -1, axis=1).ravel()
     across = side[start] * side[end] < 0
     edges = np.unique(np.sort(np.stack([start[across], end[across]], axis=1), axis=1), axis=0)
-    low, high = points[edges[:, 0]], points[edges[:, 1]]
+    low, high = points[edges[:, 0]], points[edges[:, 1]]  # ty: ignore[invalid-argument-type]
     part = (position - low[:, axis]) / (high[:, axis] - low[:, axis])
     middle = low + part[:, None] * (high - low)
     middle[:, axis] = position
     all_points = np.concatenate([points, middle])
-    triangles, source = split_triangles(all_points, rows, edges, len(points) + np.arange(len(edges)))
+    triangles, source = split_triangles(all_points, rows, edges, len(points) + np.arange(len(edges)))  # ty: ignore[invalid-argument-type]
     return Surface(
         all_points,
         np.concatenate([surface.triangles[~crossing], triangles]),

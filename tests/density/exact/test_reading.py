@@ -70,4 +70,4 @@ def test_thresholds_are_read_as_they_are():
     reads, rest = read(Expression.parse("choose($h < 3, {A} + 1, 0)"))
     assert set(reads) == {Threshold("h", 3.0), Reading.of(parse("A"))}
     values = {Threshold("h", 3.0): 1.0, Reading.of(parse("A")): 4.0}
-    assert rest(np.array([[values[item] for item in reads]])).tolist() == [5.0]
+    assert rest(np.array([[values[item] for item in reads]])).tolist() == [5.0]  # ty: ignore[invalid-argument-type]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given
@@ -20,8 +22,8 @@ from tests.oracle.strategies import LOTS, street_files
 WALLS = "{ street.front : Front. | street.back : Back. | street.left : Left. | street.right : Right. | all : Other. }"
 NAMES = {FRONT: "Front.", BACK: "Back.", LEFT: "Left.", RIGHT: "Right."}
 KNOWN = [lot for lot in LOTS if lot[1] is not None]
-CORNER = {"footprint": (12.0, 9.0), "street_width": [8.0, 6.0, 0.0, 0.0]}
-ISLAND = {"footprint": (30.0, 24.0), "street_width": [8.0, 8.0, 8.0, 8.0]}
+CORNER: dict[str, Any] = {"footprint": (12.0, 9.0), "street_width": [8.0, 6.0, 0.0, 0.0]}
+ISLAND: dict[str, Any] = {"footprint": (30.0, 24.0), "street_width": [8.0, 8.0, 8.0, 8.0]}
 
 
 def derived(text: str, **options) -> Forest:

@@ -1,6 +1,7 @@
 """Rotated rectangles and ellipses of all formats: the outline that shapely rotates, with y up."""
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -80,7 +81,10 @@ def as_oriented(degrees):
 def as_label_studio(degrees):
     percent = [100.0 * side / size for side, size in zip(SIDES, SIZE * 2, strict=True)]
     value = {"x": percent[0], "y": percent[1], "width": percent[2] - percent[0], "height": percent[3] - percent[1]}
-    region = {"value": value | {"rotation": degrees, "rectanglelabels": ["window"]}, "type": "rectanglelabels"}
+    region: dict[str, Any] = {
+        "value": value | {"rotation": degrees, "rectanglelabels": ["window"]},
+        "type": "rectanglelabels",
+    }
     region |= {"original_width": SIZE[0], "original_height": SIZE[1]}
     return json.dumps([{"id": 1, "data": {"image": "a.jpg"}, "annotations": [{"result": [region]}]}]), ".json"
 

@@ -1,5 +1,6 @@
 from dataclasses import replace
 from importlib import import_module
+from typing import Any
 
 import numpy as np
 import piqp
@@ -18,7 +19,7 @@ from grammarlab.facade.sizes.solve import Resized, prepare, resize
 from grammarlab.facade.tree import LEAF, Facade, X, Y, check, plain
 from tests.facade.sized import Paper, paper, sized, storeys
 
-clarabel = import_module("clarabel")  # has no types
+clarabel: Any = import_module("clarabel")  # has no types
 FACTORS = st.floats(0.3, 3.0)
 
 

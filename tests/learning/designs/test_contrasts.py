@@ -46,7 +46,7 @@ def test_a_design_without_the_place_of_a_choice_has_no_contrast():
         has_wall = any(space.make([address]).symbols[symbol] == "Wall" for symbol in space.make([address]).nodes.symbol)
         assert (pairs[model] is not None) == has_wall
         if pairs[model] is not None:
-            assert pairs[model].scene.num_models == 2
+            assert pairs[model].scene.num_models == 2  # ty: ignore[missing-union-attribute]
     assert len({pair is None for pair in pairs.values()}) == 2
     assert space.contrast(Address(True, 3, 0), Pattern("Wall", branch=(0,))) is None
 

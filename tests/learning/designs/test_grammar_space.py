@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -155,7 +156,10 @@ def test_designs_of_any_addresses_are_made_as_each_of_them_is_alone():
     forest = SPACE.make(addresses)
     assert forest.num_models == len(ways)
     for row, address in enumerate(addresses):
-        options = {"start_rule": address.start_rule or None, "attributes": json.loads(address.attributes)}
+        options: dict[str, Any] = {
+            "start_rule": address.start_rule or None,
+            "attributes": json.loads(address.attributes),
+        }
         options |= {"footprint": (9.0, 4.0)} if address.footprint else {}
         program = SPACE.proposal.program if address.flat else SPACE.program
         alone = derive(program, 1, address.seed, first_model=address.model, **options)

@@ -185,5 +185,5 @@ def test_columns_without_agreement_and_coarse_points_are_no_reason_for_more_boxe
 
 def test_ten_thousand_boxes_need_little_memory():
     low = np.stack(np.meshgrid(np.arange(100.0), np.arange(100.0)), axis=-1).reshape(-1, 2)
-    boxes = np.hstack([low, low + 0.5])
+    boxes = np.hstack([low, low + 0.5])  # ty: ignore[unsupported-operator]
     assert overlapping(boxes, boxes[::50]).sum() == 200

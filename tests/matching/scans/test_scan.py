@@ -74,7 +74,14 @@ def test_scans_in_national_coordinates_keep_their_millimetres(tmp_path):
         load_elements(tmp_path / "wall.ply")
 
 
-FRAME = [(0, 9, 0, 1), (0, 9, 5.5, 7), (0, 9, 2.5, 4), (0, 1, 1, 2.5), (0, 1, 4, 5.5), (2, 9, 4, 5.5)]
+FRAME: list[tuple[float, float, float, float]] = [
+    (0, 9, 0, 1),
+    (0, 9, 5.5, 7),
+    (0, 9, 2.5, 4),
+    (0, 1, 1, 2.5),
+    (0, 1, 4, 5.5),
+    (2, 9, 4, 5.5),
+]
 FRAME += [(2, 3.6, 1, 2.5), (4.6, 6.2, 1, 2.5), (7.5, 9, 1, 2.5)]
 """Left, right, bottom and top of the parts of a wall around its windows."""
 

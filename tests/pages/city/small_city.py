@@ -212,10 +212,10 @@ class _Binary:
         return len(self.views) - 1
 
     def accessor(self, values: NDArray[Any], kind: str, dtype: type = np.float32, *, bounds: bool = False) -> int:
-        component = {np.float32: 5126, np.uint32: 5125}[dtype]
+        components: dict[type, int] = {np.float32: 5126, np.uint32: 5125}
         rows = values.reshape(-1, 3) if kind == "VEC3" else values.ravel()
-        accessor = {"bufferView": self.view(np.ascontiguousarray(rows, dtype).tobytes()), "componentType": component}
-        accessor |= {"count": len(rows), "type": kind}
+        accessor: dict[str, Any] = {"count": len(rows), "type": kind, "componentType": components[dtype]}
+        accessor["bufferView"] = self.view(np.ascontiguousarray(rows, dtype).tobytes())
         if bounds:
             accessor |= {"min": rows.min(0).tolist(), "max": rows.max(0).tolist()}
         self.accessors.append(accessor)

@@ -100,7 +100,7 @@ class _Person:
     def learned(self, chosen: Sequence[str], mean: float, **known: Any) -> LearnedUpdate:
         wide = known.get("wide", False)
         predicted = _predictions(len(self.display.pool.names) * (3 if wide else 1), mean)
-        values = {"wide": wide, "left_out": (), "number": self.display.record.revision} | known
+        values: dict[str, Any] = {"wide": wide, "left_out": (), "number": self.display.record.revision} | known
         every = {"overall": predicted}
         return LearnedUpdate(
             features=None, elsewhere=(), factors=every, product=predicted, js=0.1, chosen=tuple(chosen), **values

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ def _square(east: float, north: float) -> list[list[float]]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A plan of 144 parcels, and answers of a person who wants towers in the west."""
     folder = tmp_path_factory.mktemp("city")
-    features = [
+    features: list[dict[str, Any]] = [
         {
             "type": "Feature",
             "properties": {

@@ -198,9 +198,15 @@ def test_an_even_base_works_for_a_shipped_grammar(tmp_path):
     forest = derive(shipped, 40, 7, assets=assets)
     scores = 80.0 * (count(forest, [parse("Wings:0")])[:, 0] > 0) + 10.0
     labels = label_models(shipped.hash, 7, range(40), scores.tolist(), "overall")
-    options = {"settings": Settings(FeatureOptions(1, ("paths",))), "pool": Pool(0, 500)}
+    settings, pool = Settings(FeatureOptions(1, ("paths",))), Pool(0, 500)
     result = learn_from_labels(
-        "airplane", labels, tmp_path / "new.cga", Making(base="uniform"), labels_from="labels.csv", **options
+        "airplane",
+        labels,
+        tmp_path / "new.cga",
+        Making(base="uniform"),
+        labels_from="labels.csv",
+        settings=settings,
+        pool=pool,
     )
     assert result.learned.method == "compile"
     assert result.density.measured.after.js < 0.02

@@ -6,6 +6,7 @@ import random
 from contextlib import suppress
 from dataclasses import replace
 from hashlib import sha256
+from typing import Any
 
 import pytest
 
@@ -20,8 +21,9 @@ from grammarlab.runs.sample.run import sample_run
 from tests.runs.grammars import TOWER
 
 
-def tower(tmp_path, **options):
-    return SampleRequest(name="tower", text=TOWER, assets=tmp_path, **{"num_models": 3, "image": False, **options})
+def tower(tmp_path, **options: Any):
+    values: dict[str, Any] = {"num_models": 3, "image": False, **options}
+    return SampleRequest(name="tower", text=TOWER, assets=tmp_path, **values)
 
 
 def contents(folder):

@@ -4,6 +4,7 @@ import json
 import re
 from dataclasses import replace
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,8 +25,9 @@ from grammarlab.scene import realize, triangles
 from tests.runs.grammars import BROKEN, TOWER
 
 
-def tower(tmp_path, **options):
-    return SampleRequest(name="tower", text=TOWER, assets=tmp_path, **{"num_models": 3, "image": False, **options})
+def tower(tmp_path, **options: Any):
+    values: dict[str, Any] = {"num_models": 3, "image": False, **options}
+    return SampleRequest(name="tower", text=TOWER, assets=tmp_path, **values)
 
 
 def read(path):
@@ -131,8 +133,8 @@ Lot --> extrude(2) [ i("one.obj") A ] [ i(listRandom("a.obj;b.obj;")) A ] [ i(fi
 Never --> i("missing.obj") texture("wall.png") i("../outside.obj") print("Really?")
 """
     (tmp_path / "outside.obj").write_text(SOLID)
-    options = {"attributes": {"mine": "given.obj"}, "image": False}
-    return SampleRequest(name="pieces", text=text, assets=folder, **options), folder
+    attributes = {"mine": "given.obj"}
+    return SampleRequest(name="pieces", text=text, assets=folder, attributes=attributes, image=False), folder
 
 
 def test_the_manifest_holds_the_hashes_of_the_assets_that_the_rules_name(pieces, tmp_path):
@@ -355,8 +357,9 @@ def test_errors_in_the_rules_come_before_anything_is_written(tmp_path):
     ],
 )
 def test_requests_that_make_no_sense_are_refused(tmp_path, options, message):
+    values: dict[str, Any] = {"name": "tower", "text": TOWER, "assets": tmp_path, **options}
     with pytest.raises(UsageError, match=re.escape(message)):
-        SampleRequest(**{"name": "tower", "text": TOWER, "assets": tmp_path, **options})
+        SampleRequest(**values)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Contact sheets: every model once, the same page whoever draws it, and who drew it in the manifest."""
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,8 +29,9 @@ def small_pictures(monkeypatch):
     monkeypatch.setattr(sheet_module, "TILE_AREA", 40 * 40)
 
 
-def request(tmp_path, **options):
-    return SampleRequest(name="tower", text=TOWER, assets=tmp_path, **{"num_models": 3, **options})
+def request(tmp_path, **options: Any):
+    values: dict[str, Any] = {"num_models": 3, **options}
+    return SampleRequest(name="tower", text=TOWER, assets=tmp_path, **values)
 
 
 def read(path):

@@ -34,8 +34,8 @@ FAR = "SRID=25832;POLYGON ((691000 5335000, 691090 5335000, 691090 5335060, 6910
 """Part of a park in Munich, in metres of UTM."""
 
 
-def request_of(on: str, **options) -> SampleRequest:
-    values = {"attributes": SIMPLE, "seed": 3, "image": False} | options
+def request_of(on: str, **options: Any) -> SampleRequest:
+    values: dict[str, Any] = {"attributes": SIMPLE, "seed": 3, "image": False} | options
     return SampleRequest.of("birch", on=on, **values)
 
 

@@ -142,7 +142,9 @@ def test_a_task_that_always_kills_is_named_after_a_few_times(tmp_path: Path, wor
         ("exit", SystemExit, "^7"),
     ],
 )
-def test_errors_cross_with_type_and_message(executor: AbstractExecutor, kind: str, error: type, message: str):
+def test_errors_cross_with_type_and_message(
+    executor: AbstractExecutor, kind: str, error: type[BaseException], message: str
+):
     with pytest.raises(error, match=message):
         executor.results(tasks.fail, [kind] * 3)
 

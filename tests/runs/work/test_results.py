@@ -10,14 +10,15 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor, Processes
-from grammarlab.runs.work.results import Results, adopt_lines, computed, json_kind
+from grammarlab.runs.work.results import Kind, Results, adopt_lines, computed, json_kind
 from tests.runs.tasks import square
 
-KIND = json_kind(dict, dict)
+KIND: Kind[dict[str, Any]] = json_kind(dict, dict)
 VALUE = {"js": 0.1 + 0.2, "small": 1e-300, "name": "längst"}
 
 
@@ -112,7 +113,7 @@ def test_an_interrupted_run_keeps_what_is_finished(tmp_path: Path):
 
 def write_for_ever(folder: str) -> None:
     """Many processes do this in one folder, until they are killed."""
-    results = Results(Path(folder), json_kind(dict, dict), lasting=False)
+    results = Results(Path(folder), KIND, lasting=False)
     for number in range(10**9):
         results.put(str(number % 7), {"process": os.getpid(), "numbers": list(range(number % 1000))})
 
@@ -120,7 +121,7 @@ def write_for_ever(folder: str) -> None:
 def test_processes_that_write_into_one_folder_may_be_killed_at_any_moment(tmp_path: Path):
     code = "import sys; from tests.runs.work.test_results import write_for_ever; write_for_ever(sys.argv[1])"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    results = Results(tmp_path, json_kind(dict, dict))
+    results = Results(tmp_path, KIND)
     writers = [subprocess.Popen([sys.executable, "-c", code, str(tmp_path)], env=environment) for _ in range(3)]
     try:
         while len(results.all()) < 7:
