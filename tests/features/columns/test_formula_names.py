@@ -14,7 +14,7 @@ from grammarlab.features.columns.formula_names import ONE_OF, formula_words, uni
 from grammarlab.features.columns.vocabulary import extract
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.operations import evaluate
-from grammarlab.features.patterns.pattern import Atom, Draw, Feature, Pattern
+from grammarlab.features.patterns.pattern import Atom, Draw, Pattern
 from grammarlab.language.grammar import Grammar
 
 ALIKE, BOTH = "({*[A:0 + A:0]} + {*[A:1 + A:1]})", "{*[A:* + A:*]}"
