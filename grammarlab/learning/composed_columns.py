@@ -5,8 +5,8 @@ They are a function of the scored designs and their scores only, independent of 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import reduce
+from collections.abc import Callable, Sequence
+from functools import partial, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,9 @@ from grammarlab.learning.settings import FeatureOptions
 from grammarlab.preference.growth.ranks import ranks_of
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import Vote
-from grammarlab.preference.judge.weighted_sums import WeightedSum
-from grammarlab.tastes.quantities import Quantities
+from grammarlab.preference.judge.weighted_sums import Measures
+from grammarlab.tastes.language import Candidates
+from grammarlab.tastes.quantities import MOST_COLUMNS, is_short
 
 
 def composed_columns(
@@ -44,13 +45,13 @@ def composed_columns(
     makers = [*candidates.makers, *(one.formula for one in chosen)]
     new = np.flatnonzero(~_same(columns, known))
     flags, of_flags = _flags(known, table.features)
-    measures, of_measures = _measures(known, table.features, candidates.elements.used)
+    measures, of_measures = _measures(known, table.features, candidates)
     # Small matrices take longer with several threads.
     with threadpool_limits(1, "blas"):
         verdict = judged(_varying(known), columns[:, new], prices[new], flags, measures, scores)
     found = [makers[new[index]]() for index in verdict.accepted]
     found += [_formula(vote, of_flags) for vote in verdict.votes]
-    found += [_weighed(some, of_measures) for some in verdict.sums]
+    found += [_weighed(some.columns, some.weights, of_measures) for some in verdict.sums]
     return dict(zip(found, verdict.prices, strict=True))
 
 
@@ -97,22 +98,38 @@ def _flags(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Ato
     return known[:, [index for index, _ in readable]], [feature for _, feature in readable]
 
 
-def _measures(known: Floats, features: Sequence[Feature], used: Quantities) -> tuple[Floats, list[Atom | Formula]]:
-    """The known columns that vary and that formulas can read, and draws where a model uses them."""
+def _measures(
+    known: Floats, features: Sequence[Feature], candidates: Candidates
+) -> tuple[Measures, list[Callable[[], Feature]]]:
+    """The known columns that vary and that formulas can read, draws where a model uses them, and cheap candidates."""
     varying = np.flatnonzero(np.ptp(known, axis=0) > 0.0).tolist()
-    readable = [(index, feature) for index in varying if isinstance(feature := features[index], Atom | Formula)]
-    partly = [(index, formula) for index, formula in enumerate(used.formulas) if isinstance(formula, Formula)]
-    columns = [known[:, [index for index, _ in readable]], used.values[:, [index for index, _ in partly]]]
-    return np.concatenate(columns, axis=1), [feature for _, feature in (*readable, *partly)]
+    readable = [index for index in varying if isinstance(features[index], Atom | Formula)]
+    used = candidates.elements.used
+    partly = [index for index, formula in enumerate(used.formulas) if isinstance(formula, Formula)]
+    num = len(readable) + len(partly)
+    cheap = np.argsort(candidates.prices, kind="stable")[: max(2 * MOST_COLUMNS - num, 0)]
+    makers = [
+        *(partial(features.__getitem__, index) for index in readable),
+        *(partial(used.formulas.__getitem__, index) for index in partly),
+        *(candidates.makers[index] for index in cheap.tolist()),
+    ]
+    measures = Measures(
+        values=np.concatenate([known[:, readable], used.values[:, partly], candidates.values[:, cheap]], axis=1),
+        # With even odds it is a candidate of the language, whose price says so.
+        prices=np.append(np.full(num, np.log(2.0) + np.log(max(num, 1))), candidates.prices[cheap]),
+        can_be_added=lambda columns: is_short(_weighed(columns, np.full(len(columns), 0.125).tolist(), makers)),
+    )
+    return measures, makers
 
 
-def _weighed(some: WeightedSum, features: Sequence[Atom | Formula]) -> Atom | Formula:
-    first, *others = some.columns
-    total = features[first]
-    for column, weight in zip(others, some.weights[1:], strict=True):
+def _weighed(
+    columns: Sequence[int], weights: Sequence[float], makers: Sequence[Callable[[], Feature]]
+) -> Atom | Formula:
+    first, *others = (part for column in columns if isinstance(part := makers[column](), Atom | Formula))
+    total = first
+    for part, weight in zip(others, weights[1:], strict=True):
         size = abs(weight)
-        part = features[column] if size == 1.0 else Formula.of("*", size, features[column])
-        total = Formula.of("+" if weight > 0.0 else "-", total, part)
+        total = Formula.of("+" if weight > 0.0 else "-", total, part if size == 1.0 else Formula.of("*", size, part))
     return total
 
 

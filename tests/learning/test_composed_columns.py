@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from grammarlab.derivation import derive
+from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.features.patterns.pattern_text import parse
@@ -70,6 +71,15 @@ def test_what_scores_need_is_found(quantity, scores, noise):
     features, values = found(scores, noise)
     assert features
     assert any(says(column, quantity) for column in values.T) or explains(values, scores)
+
+
+def test_a_band_of_a_sum_of_computed_sizes_is_found_and_read_back():
+    spare = FLOORS * STOREY - WIDTH
+    features, values = found(100.0 * (np.abs(spare - 4.0 * GILDED[0] - 2.0) < 2.0))
+    liked, (feature, *_) = np.abs(spare - 4.0 * GILDED[0] - 2.0) < 2.0, features
+    low, high = values[liked, 0].min(), values[liked, 0].max()
+    assert np.mean(((values[:, 0] >= low) & (values[:, 0] <= high)) == liked) > 0.93
+    assert Expression.parse(str(feature)).formula == feature
 
 
 def explains(values, scores):

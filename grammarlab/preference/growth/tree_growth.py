@@ -26,7 +26,7 @@ from grammarlab.preference.growth.screening import gains
 from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.growth.splits import Split, Value
 
-_NUM_BINS = 12
+NUM_BINS = 12
 """Number of bins of the labels of a node, beside those of intervals that stand out. More are only slower, since bounds
 move afterwards."""
 _IMPROVED_DEPTH = 2
@@ -324,7 +324,7 @@ class TreeGrowth:
 
     def _codes(self, columns: Ints, labels: Ints) -> Ints:
         """[K, c] bins of the labels of a node by columns [K]."""
-        return node_bins(self.columns.values[np.ix_(labels, columns)], self.evidence.scores[labels], _NUM_BINS)
+        return node_bins(self.columns.values[np.ix_(labels, columns)], self.evidence.scores[labels], NUM_BINS)
 
     def _split(self, labels: Ints, ranked: _Ranked, index: int) -> tuple[Split, float]:
         """A split by one of the ranked cuts, its bounds moved to the best places near by, and its log-prior."""

@@ -20,7 +20,7 @@ from grammarlab.preference.growth.tree_growth import Tree
 from grammarlab.preference.judge.labelled_columns import Explanation, Labels
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.votes import Vote, votes
-from grammarlab.preference.judge.weighted_sums import WeightedSum, weighted_sums
+from grammarlab.preference.judge.weighted_sums import Measures, WeightedSum, weighted_sums
 from grammarlab.preference.lines.line_preference import best_line
 from grammarlab.preference.person import START_PERSONS, Person
 
@@ -50,7 +50,9 @@ class Verdict:
     """The errors of the person."""
 
 
-def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measures: Floats, scores: Floats) -> Verdict:
+def judged(
+    known: Floats, composed: Floats, prices: Floats, flags: Floats, measures: Measures, scores: Floats
+) -> Verdict:
     """The best explanation of scores.
 
     Args:
@@ -58,13 +60,13 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
         composed: [n, C] further columns.
         prices: [C] description length of each of them, in nats.
         flags: [n, K] 0 or 1, no two equal or opposite: columns that may be joined.
-        measures: [n, M] columns that may be weighed.
+        measures: n rows of numbers that may be added.
         scores: [n] 0-100.
 
     >>> randomness = np.random.default_rng(0)
     >>> known, composed = randomness.random((64, 4)), randomness.random((64, 50))
-    >>> none = known[:, :0]
-    >>> verdict = judged(known, composed, np.full(50, np.log(50)), none, none, 80.0 * (composed[:, 7] > 0.5))
+    >>> none, prices, scores = known[:, :0], np.full(50, np.log(50)), 80.0 * (composed[:, 7] > 0.5)
+    >>> verdict = judged(known, composed, prices, none, Measures(none, np.zeros(0)), scores)
     >>> verdict.accepted
     (7,)
     """
@@ -73,9 +75,12 @@ def judged(known: Floats, composed: Floats, prices: Floats, flags: Floats, measu
     labels = Labels.of(known, np.full(width, np.log(2.0) + np.log(max(width, 1))), scores)
     base = best_tree(labels, START_PERSONS)
     best_known = _better(base.explanation, _best_line(labels))
-    shortlist = _shortlist(composed, prices, base.tree, labels.evidence.for_person(base.explanation.person))
-    joined, sums = votes(flags, scores), list(weighted_sums(measures, scores))
-    columns = [vote.values(flags) for vote in joined] + [some.values(measures) for some in sums]
+    person = base.explanation.person
+    evidence = labels.evidence.for_person(person)
+    shortlist = _shortlist(composed, prices, base.tree, evidence)
+    joined = votes(flags, scores)
+    sums = weighted_sums(measures, evidence, best_known.total + person.price)
+    columns = [vote.values(flags) for vote in joined] + [some.values(measures.values) for some in sums]
     further = np.concatenate([composed[:, shortlist], *(column[:, None] for column in columns)], axis=1)
     # Half of the prior is that of the language. Scores choose three kinds, formulas, votes and weighted sums, and
     # each costs as if it had the other half alone: all shares add up to 1.74 at most, not to 1. With a third of

@@ -7,9 +7,11 @@ import pytest
 
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import votes
+from grammarlab.preference.judge.weighted_sums import Measures
 from tests.cases import some, takes_turns
 
 KNOWN, FLAGS, COMPOSED = 36, 20, 100
+NO_MEASURES = Measures(np.zeros((96, 0)), np.zeros(0))
 
 
 def columns(num, seed):
@@ -27,7 +29,7 @@ def verdict_of(known, composed, scores):
         composed,
         np.full(COMPOSED, np.log(2.0 * COMPOSED)),
         known[:, : min(FLAGS, known.shape[1])],
-        known,
+        Measures(known, np.full(known.shape[1], np.log(2.0 * max(known.shape[1], 1)))),
         scores,
     )
 
@@ -106,10 +108,10 @@ def test_a_column_costs_its_price():
     known, composed = columns(96, seed=9)
     scores = 90.0 * composed[:, 10]
     cheap, dear = (
-        judged(known, composed, np.full(COMPOSED, price), known[:, :0], known[:, :0], scores) for price in (5.0, 8.0)
+        judged(known, composed, np.full(COMPOSED, price), known[:, :0], NO_MEASURES, scores) for price in (5.0, 8.0)
     )
     assert cheap.total - dear.total == pytest.approx(3.0)
-    assert judged(known, composed, np.full(COMPOSED, 1e3), known[:, :0], known[:, :0], scores).accepted == ()
+    assert judged(known, composed, np.full(COMPOSED, 1e3), known[:, :0], NO_MEASURES, scores).accepted == ()
 
 
 def test_dear_columns_that_explain_everything_do_not_hide_two_cheap_ones():
@@ -121,7 +123,7 @@ def test_dear_columns_that_explain_everything_do_not_hide_two_cheap_ones():
     dear[np.flatnonzero(~liked)[:40], np.arange(40)] = 1.0
     composed, prices = np.column_stack([dear, cheap]), np.append(np.full(40, 20.0), np.full(2, 6.0))
     none = np.zeros((256, 0))
-    verdict = judged(randomness.random((256, 4)), composed, prices, none, none, 100.0 * liked)
+    verdict = judged(randomness.random((256, 4)), composed, prices, none, Measures(none, np.zeros(0)), 100.0 * liked)
     assert verdict.accepted == (40, 41)
 
 
