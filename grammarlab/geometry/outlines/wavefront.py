@@ -53,7 +53,7 @@ class Wavefront:
         for (x, y), (x2, y2), speed, index in zip(loop, following, speeds, indices, strict=True):
             length = math.hypot(x2 - x, y2 - y)
             dx, dy = (x2 - x) / length, (y2 - y) / length
-            edges.append(_Edge(index, dx, dy, dx * y - dy * x, speed))
+            edges.append(_Edge(index=index, dx=dx, dy=dy, start=dx * y - dy * x, speed=speed))
         self._edges += edges
         first = len(self.nodes)
         self.nodes += [(x, y, 0.0) for x, y in loop]
@@ -96,7 +96,8 @@ class Wavefront:
             dx, dy = before.nx + after.nx, before.ny + after.ny
             scale = (-1.0 if first else 1.0) / math.hypot(dx, dy)
             dx, dy = scale * dx, scale * dy
-            cut = _Edge((before if first else after).index, dx, dy, dx * y - dy * x, 0.0, is_cut=True)
+            index = (before if first else after).index
+            cut = _Edge(index=index, dx=dx, dy=dy, start=dx * y - dy * x, speed=0.0, is_cut=True)
             self._edges.append(cut)
             pairs = [(before, cut), (cut, after)]
         else:

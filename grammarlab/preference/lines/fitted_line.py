@@ -15,7 +15,7 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.preference.base import MIDDLE
 from grammarlab.preference.lines.line_scores import LineScores
-from grammarlab.preference.newton import Height, climbed
+from grammarlab.preference.lines.newton import Height, climbed
 
 POINTS = 15.0
 """Standard deviation of the points per standard deviation of a column, before any score."""
