@@ -21,6 +21,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
+import numpy as np
+
 from grammarlab.features.patterns.pattern import (
     ZERO,
     Apply,
@@ -128,7 +130,7 @@ class _Writer:
     def words(self, step: Step, earlier: Sequence[_Words]) -> _Words:
         """Words for a step, from those of the steps before it."""
         if isinstance(step, ConstantTerm):
-            return _Words(f"{step.value:.4g}")
+            return _Words(_number(step.value))
         if isinstance(step, Measure):
             return _Words(self.names.get(step.feature, str(step.feature)))
         phrase = self._place(step) or self._of_pairs(step, earlier) or self._of_kinds(step) or self._use(step, earlier)
@@ -300,13 +302,27 @@ class _Writer:
         return self._added(self.steps[step.operands[operand]])
 
 
+def _number(value: float) -> str:
+    """A number of four digits, without an exponent.
+
+    >>> _number(0.5), _number(2.0), _number(-12034.0), _number(0.00003)
+    ('0.5', '2', '-12,030', '0.00003')
+    """
+    rounded = float(f"{value:.4g}")
+    return f"{rounded:,.0f}" if abs(rounded) >= 1e4 else np.format_float_positional(rounded, trim="-")
+
+
 def _joined(operation: str, first: _Words, second: _Words) -> str:
-    """Two operands with a sign between them, in parentheses where the sign binds more than theirs."""
+    """Two operands with a sign between them, in parentheses where the sign binds more than theirs.
+
+    >>> _joined("-", _Words("a − b", "-"), _Words("c − d", "-"))
+    'a − b − (c − d)'
+    """
 
     def inside(words: _Words, is_last: bool) -> str:
         binds_less = words.operation and words.operation not in _PRODUCTS
         same = words.operation == operation and operation not in {"-", "/", "%"}
-        same |= operation in {"+", "-"} and words.operation in {"+", *_PRODUCTS} and not (is_last and operation == "-")
+        same |= operation in {"+", "-"} and words.operation in {"+", "-"} and not (is_last and operation == "-")
         same |= not is_last and operation == "/" and words.operation == "*"
         needs = bool(words.operation) and not same and (binds_less or operation in {"*", "/", "%"})
         return f"({words.text})" if needs else words.text

@@ -290,7 +290,8 @@ class _ColumnWords:
         if thing.startswith(ONE_OF):
             yield thing if has else f"none{thing.removeprefix('one')}"
             return
-        is_statement = thing.startswith(_STATEMENT_STARTS) or thing.endswith(_STATEMENT_ENDS) or _WITH in thing
+        is_statement = thing.startswith(_STATEMENT_STARTS) or thing.endswith(_STATEMENT_ENDS)
+        is_statement |= _WITH in thing and all(" = " in choice for choice in thing.split(_WITH))
         denial = "not" if is_statement else "no"
         yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"{denial} {thing}"
 
@@ -317,7 +318,7 @@ class _ColumnWords:
     @staticmethod
     def _quantity(low: float, high: float) -> str:
         """A range of a continuous number, whose bounds never occur themselves."""
-        first, last = (f"{bound:.3g}" if abs(bound) < 1000.0 else f"{bound:,.0f}" for bound in (low, high))
+        first, last = (f"{bound:.3g}" if abs(bound) < 999.5 else f"{bound:,.0f}" for bound in (low, high))
         if np.isfinite(low + high):
             return f"{first} to {last}"
         return f"at least {first}" if np.isfinite(low) else f"at most {last}"

@@ -39,9 +39,9 @@ class Verdict:
     votes: tuple[Vote, ...]
     """Columns joined from flags that it uses."""
     sums: tuple[WeightedSum, ...]
-    """Weighted sums of known columns that it uses."""
+    """Weighted sums that it uses."""
     prices: tuple[float, ...]
-    """Price of each of these columns, the accepted ones first, then votes, in nats."""
+    """Price of each of these columns, the accepted ones first, then votes, then sums, in nats."""
     total: float
     """Its total in nats."""
     known: float
@@ -83,7 +83,7 @@ def judged(
     columns = [vote.values(flags) for vote in joined] + [some.values(measures.values) for some in sums]
     further = np.concatenate([composed[:, shortlist], *(column[:, None] for column in columns)], axis=1)
     # Half of the prior is that of the language. Scores choose three kinds, formulas, votes and weighted sums, and
-    # each costs as if it had the other half alone: all shares add up to 1.74 at most, not to 1. With a third of
+    # each costs as if it had the other half alone: all shares may add up to nearly 2 instead of 1. With a third of
     # that half for each, a vote that 64 scores support is not worth its price in one of 36 files.
     further_prices = np.append(prices[shortlist], [np.log(2.0) + each.price for each in (*joined, *sums)])
     wider = labels.joined(further, np.log(2.0) + further_prices)

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice, product
+from itertools import product
 from math import comb
 from typing import NamedTuple
 
@@ -93,9 +93,9 @@ def weighted_sums(measures: Measures, evidence: LeafEvidence, explained: float) 
     if len(chosen) < 2 or not possible > measures.prices[chosen[:2]].sum():
         return []
     waves = _Waves.of(measures.values[:, chosen], measures.prices[chosen], evidence.scores)
-    rounded = _rounded_sums(list(waves.grown()), waves, evidence)
-    sums = (some._replace(columns=tuple(chosen[list(some.columns)].tolist())) for some in rounded)
-    return list(islice((some for some in sums if measures.can_be_added(some.columns)), SEVERAL))
+    grown = [wave for wave in waves.grown() if measures.can_be_added(chosen[list(wave.columns)].tolist())]
+    rounded = _rounded_sums(grown, waves, evidence)
+    return [some._replace(columns=tuple(chosen[list(some.columns)].tolist())) for some in rounded[:SEVERAL]]
 
 
 def _different(columns: Floats, prices: Floats) -> Ints:
@@ -110,8 +110,12 @@ def _different(columns: Floats, prices: Floats) -> Ints:
     varied = varied[np.argsort(prices[varied], kind="stable")]
     table = (columns[:, varied] - columns[:, varied].mean(axis=0)) / columns[:, varied].std(axis=0)
     same = np.abs(table.T @ table) > _SAME * num
-    # A column stays if no cheaper one says the same.
-    return varied[~np.triu(same, 1).any(axis=0)]
+    stays = np.ones(len(varied), dtype=bool)
+    # A column stays if none of the cheaper ones that stay says the same.
+    for index in range(len(varied)):
+        if stays[index]:
+            stays[index + 1 :] &= ~same[index, index + 1 :]
+    return varied[stays]
 
 
 class _Wave(NamedTuple):
@@ -156,9 +160,9 @@ class _Waves:
         return cls(columns, prices, table, trials, same, centred / np.linalg.norm(centred))
 
     def grown(self) -> Iterator[_Wave]:
-        """The best sums of each size, of two columns or more.
+        """The best sums of each size, of two columns or more, and those in which one of their columns is exchanged.
 
-        They begin with one of the first columns, and each of their columns is exchanged for a better one.
+        They begin with one of the first columns. What was exchanged is offered, but does not grow.
         """
         numbers = np.array([len(np.unique(column)) > COARSE_BINS for column in self.columns.T])
         roots = np.argsort(~numbers, kind="stable")[:_MAX_GROWING]
@@ -183,7 +187,7 @@ class _Waves:
             share = np.maximum(share, squared)
         loss = self.prices[members].sum(axis=1)[:, None] + self.prices - self._gain(2.0 * share / len(self.scores))
         loss[self.same[members].any(axis=1)] = np.inf
-        longer = dict[frozenset[int], _Wave]()
+        longer: list[_Wave] = []
         for row, order in enumerate(np.argsort(loss, axis=1, kind="stable")[:, :FEW].tolist()):
             for column in order:
                 of_sum, weight = pairs[trial[row, column]]
@@ -191,9 +195,9 @@ class _Waves:
                     (*members[row].tolist(), column), np.append(of_sum * weights[row], weight), float(loss[row, column])
                 )
                 if np.isfinite(wave.loss):
-                    longer.setdefault(frozenset(wave.columns), wave)
+                    longer.append(wave)
         of_root: dict[int, list[_Wave]] = {}
-        for wave in sorted(longer.values(), key=lambda each: each.loss):
+        for wave in _different_sets(longer):
             of_root.setdefault(wave.columns[0], []).append(wave)
         return [wave for several in of_root.values() for wave in several[:FEW]]
 
@@ -260,10 +264,17 @@ class _Waves:
         return [_Wave(*each) for each in zip(map(tuple, members.tolist()), weights, loss.tolist(), strict=True)]
 
 
-def _best(waves: Sequence[_Wave]) -> list[_Wave]:
+def _best(waves: Iterable[_Wave]) -> list[_Wave]:
     """The best sums of different columns."""
-    different = {frozenset(wave.columns): wave for wave in sorted(waves, key=lambda wave: -wave.loss)}
-    return list(different.values())[: -SEVERAL - 1 : -1]
+    return _different_sets(waves)[:SEVERAL]
+
+
+def _different_sets(waves: Iterable[_Wave]) -> list[_Wave]:
+    """The best sum of each set of columns, the best one first."""
+    different: dict[frozenset[int], _Wave] = {}
+    for wave in sorted(waves, key=lambda each: each.loss):
+        different.setdefault(frozenset(wave.columns), wave)
+    return list(different.values())
 
 
 class _Cells(NamedTuple):

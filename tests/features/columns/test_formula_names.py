@@ -28,7 +28,7 @@ FAR, THREE = "({*[A:0 + A:* + A:0]} + {*[A:1 + A:* + A:1]})", "{*[A:* + A:* + A:
         ("({Floor} * $a + $b) / $c", "(Floor · a + b) over c"),
         ("$a - ($b - $c)", "a − (b − c)"),
         ("$a - ($b + $c)", "a − (b + c)"),
-        ("$a - $b - $c", "(a − b) − c"),
+        ("$a - $b - $c", "a − b − c"),
         ("$a / ($b * $c)", "a over (b · c)"),
         ("$a * $b / $c", "a · b over c"),
         ("{Floor} % 2 == 1", "Floor modulo 2 equal to 1"),

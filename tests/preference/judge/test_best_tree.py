@@ -17,7 +17,7 @@ def labels_of(values, scores):
     return Labels.of(values, np.full(values.shape[1], 3.0), np.asarray(scores, dtype=float))
 
 
-def test_a_band_one_level_and_a_smooth_function_are_found():
+def test_bands_and_smooth_functions_are_found_by_their_columns():
     randomness = np.random.default_rng(1)
     values = np.column_stack([randomness.integers(0, 2, (96, 30)), randomness.random((96, 10))])
     start = [Person(8.0, 0.03)]

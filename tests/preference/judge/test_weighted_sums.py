@@ -11,8 +11,10 @@ from grammarlab.preference.judge.votes import MAX_TERMS
 from grammarlab.preference.judge.weighted_sums import (
     _STEPS,
     Measures,
+    _best,
     _Cells,
     _decimal,
+    _different,
     _Wave,
     _Waves,
     weighted_sums,
@@ -74,6 +76,32 @@ def test_all_amplitudes_are_those_of_sums_with_one_column_more():
         longer = phases[:, None] + weight * waves.table.T
         expected = np.abs((waves.scores * np.exp(1j * longer)).sum(axis=2)) ** 2
         assert squared == pytest.approx(expected, abs=1e-5)
+
+
+def test_of_equal_sums_the_best_stays():
+    waves = [_Wave((0, 1), np.ones(2), 100.0), *(_Wave((2, k), np.ones(2), float(k)) for k in range(3, 15))]
+    best = _best([*waves, _Wave((1, 0), np.ones(2), -50.0)])
+    assert [wave.loss for wave in best] == [-50.0, *map(float, range(3, 10))]
+
+
+def test_longer_sums_begin_with_their_best_weights():
+    columns, randomness = draws(96, 8, 11), np.random.default_rng(12)
+    waves = _Waves.of(columns, even(columns), 100.0 * (columns @ randomness.normal(size=8) > 0.0))
+    roots = [_Wave((root,), np.ones(1), 0.0) for root in range(8)]
+    together = {frozenset(wave.columns): wave.loss for wave in waves._longer(roots)}
+    alone = [wave for root in roots for wave in waves._longer([root])]
+    for columns_of, loss in together.items():
+        least = min(wave.loss for wave in alone if frozenset(wave.columns) == columns_of)
+        assert loss <= least + 1e-3
+
+
+def test_a_column_that_no_kept_one_resembles_is_kept():
+    first, other = np.random.default_rng(13).normal(size=(2, 4000))
+    first, other = first / first.std(), other / other.std()
+    other -= first * (first @ other) / (first @ first)
+    angles = (0.0, 0.15, 0.3)
+    chain = np.stack([np.cos(angle) * first + np.sin(angle) * other for angle in angles], axis=1)
+    assert _different(chain, np.array([1.0, 2.0, 3.0])).tolist() == [0, 2]
 
 
 def test_weights_near_by_explain_no_less():
