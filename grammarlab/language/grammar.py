@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import hashlib
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -142,6 +143,11 @@ def hash_of(text: str) -> str:
 def normal(text: str) -> str:
     """A text without a byte order mark, with Unix instead of Windows or old Mac line ends."""
     return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+
+
+def may_import(text: str) -> bool:
+    """Whether a text has the word that imports begin with; also in a comment."""
+    return re.search(r"\bimport\b", text) is not None
 
 
 def read_text(path: Path) -> str:

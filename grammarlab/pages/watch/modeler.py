@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import starmap
 from pathlib import Path
 
 from PIL import Image
@@ -20,7 +21,7 @@ from grammarlab.export.glb import merged_glb
 from grammarlab.features.acceptance import Acceptance, derive_accepted
 from grammarlab.language.attribute_values import read_attributes
 from grammarlab.language.checking.check import CheckedFile, check_files
-from grammarlab.language.grammar import Grammar, read_text
+from grammarlab.language.grammar import Grammar, may_import, read_text
 from grammarlab.language.presets import RuleChoices
 from grammarlab.learning.designs.grammar_space import GrammarParts
 from grammarlab.option_names import with_options
@@ -73,8 +74,10 @@ class _Bench:
     part_finder: PartFinder | None = None
     merged: str = ""
     """The text of all files that was read last, merged."""
+    read: Mapping[Path, str] = field(default_factory=dict)
+    """Texts of these files, read before they were merged; none if one of them has changed since."""
     checked: tuple[CheckedFile, ...] = ()
-    """The files of this text, and what was found in them; none before they are checked."""
+    """These files, and what was found in them; none before they are checked."""
 
     def do(self, request: MakeModel | DrawPicture | FindPart, _report: Report) -> MadeModel | FoundPart | bytes:
         if isinstance(request, FindPart):
@@ -114,15 +117,24 @@ class _Bench:
     def _text(self, source: RuleSource) -> str:
         """The text of all files, merged; they are read again once one of them has changed, or if one was missing."""
         has_all = not any(finding.code == "bad-import" for each in self.checked for finding in each.findings)
-        if not (self.checked and has_all and all(map(_is_as_checked, self.checked))):
-            self.checked = ()
+        if not (self.read and has_all and all(starmap(_is_as_read, self.read.items()))):
+            self.read, self.checked = {}, ()
+            read = {source.path: _text_of(source.path)}
+            if may_import(read[source.path]):
+                self._check(source, None)
+                read = {Path(each.file): each.text for each in self.checked}
             self.merged = source.text()
+            self.read = read
         return self.merged
 
-    def _check(self, source: RuleSource, rules: Grammar) -> None:
+    def _check(self, source: RuleSource, rules: Grammar | None) -> None:
         """Find which files there are, and what is to be said of them."""
+        if self.checked:
+            return
         name, library = str(source.path), self.choices.library
-        self.checked = self.checked or check_files(source.path, name, SUPPORTED, library=library, known=rules)
+        self.checked = check_files(source.path, name, SUPPORTED, library=library, known=rules)
+        if self.read != {Path(each.file): each.text for each in self.checked}:  # saved since the model was begun
+            self.read = {}
 
     def _remarks(self, source: RuleSource, rules: Grammar) -> tuple[Mistake, ...]:
         """What a check finds in the files themselves, as names that are neither rules nor operations."""
@@ -163,9 +175,14 @@ def _glb_of(batch: TriangleBatch, assets: AssetRoot) -> bytes:
     return glb
 
 
-def _is_as_checked(checked: CheckedFile) -> bool:
+def _text_of(file: Path) -> str:
+    """Text of a rule file as a check has it."""
+    return read_text(file).removeprefix("\ufeff")
+
+
+def _is_as_read(file: Path, text: str) -> bool:
     try:
-        return read_text(Path(checked.file)).removeprefix("\ufeff") == checked.text
+        return _text_of(file) == text
     except LanguageError:  # removed
         return False
 

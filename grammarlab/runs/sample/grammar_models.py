@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from grammarlab.errors import Finding, LanguageError
 from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.geometry.footprints.footprint import Remark
 from grammarlab.language.attribute_values import AttributeValue, read_attributes
-from grammarlab.language.grammar import Grammar, read_text
+from grammarlab.language.grammar import Grammar, may_import, read_text
 from grammarlab.language.reachability import likely_start, marks_start
 from grammarlab.runs.sample.checks import check_rules, grammar_to_run, unsupported_features
 from grammarlab.runs.sample.domains import AbstractDomain, CheckedText
@@ -120,7 +119,7 @@ class GrammarDomain(AbstractDomain["GrammarSpace", GrammarModels]):
     def read(self, path: Path, library: Path | str | None = None) -> str:
         """Text of the file merged with its imports; the file's own text if it has syntax errors."""
         text = read_text(path)
-        if re.search(r"\bimport\b", text) is None:
+        if not may_import(text):
             return text
         from grammarlab.language.importing import load  # noqa: PLC0415
         from grammarlab.language.linking import linked  # noqa: PLC0415

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from contextlib import closing
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import pytest
 
 from grammarlab.errors import GrammarlabError, UsageError
+from grammarlab.export.glb import merged_glb
 from grammarlab.language.checking.check import check_files
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.syntax.parse import parse
@@ -125,6 +126,41 @@ def test_files_are_read_again_only_after_a_change(tmp_path: Path, monkeypatch: p
     parts.write_text("Brick --> extrude(1) Stone.")
     assert read(DrawPicture(Wanted(), 16)) == ["walls.cga", "roofs.cga"]
     assert read(MakeModel(Wanted())) == []
+
+
+@pytest.mark.parametrize("is_imported", [False, True])
+def test_a_save_while_a_model_is_made_is_seen_by_the_next_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, is_imported: bool
+):
+    rules, parts = tmp_path / "lot.cga", tmp_path / "walls.cga"
+    saved = parts if is_imported else rules
+    if is_imported:
+        rules.write_text('import walls : "walls.cga"\nLot --> extrude(3) walls.Brick')
+    texts = [f"attr saved{number} = 4\nBrick --> extrude(3) {'A. ' * number}" for number in range(5)]
+    saved.write_text(texts[1])
+    saves = iter((texts[2], texts[3]))
+
+    def late(*arguments: Any) -> bytes:
+        if text := next(saves, None):
+            saved.write_text(text)
+        return merged_glb(*arguments)
+
+    monkeypatch.setattr("grammarlab.pages.watch.modeler.merged_glb", late)
+    make = modeler(str(rules), "")
+
+    def shapes() -> int:
+        made = make(MakeModel(Wanted()), report)
+        assert isinstance(made, MadeModel)
+        return made.shapes
+
+    first, *others = (shapes() for _ in range(4))
+    assert others == [first + 1, first + 2, first + 2]
+    # What is saved for a moment only leaves no remarks.
+    saves = iter(("Brick --> extrudd(3) A.",))
+    saved.write_text(texts[4])
+    shapes()
+    saved.write_text(texts[4])
+    assert made(rules, Wanted()).mistakes == make(MakeModel(Wanted()), report).mistakes == ()
 
 
 @pytest.mark.parametrize("indent", [0, 5, 199, 200, 201, 5000])
