@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import asdict, replace
 from enum import StrEnum
 from pathlib import Path
@@ -296,7 +295,7 @@ def choices_of(
             left to those who use the rules, unless there are values.
     """
     from grammarlab.language.attribute_values import read_attributes
-    from grammarlab.language.grammar import Grammar
+    from grammarlab.language.grammar import Grammar, may_import
     from grammarlab.language.presets import RuleChoices
     from grammarlab.runs.sample.checks import unread_imports
     from grammarlab.runs.sample.shipped import SUFFIX, find_rules
@@ -308,7 +307,7 @@ def choices_of(
             raise UsageError(f"{grammar}: only attributes of {SUFFIX} files can be chosen; leave out --attr.")
         return choices
     text = source.text()
-    if not attributes and re.search(r"\bimport\b", text) is None:
+    if not attributes and not may_import(text):
         return choices
     try:
         parsed = Grammar.parse(text, source.file)
@@ -348,9 +347,12 @@ def print_if_alike(text: str, suffix: str) -> None:
     from grammarlab.runs.sample.shipped import SUFFIX
 
     if suffix == SUFFIX and draws_nothing(text):
+        from grammarlab.language.grammar import Grammar
+
+        can_set = any(not attribute.constant for attribute in Grammar.parse(text).attributes.values())
         say(
             "all models are equal: the rules draw nothing at random, as attr height = rand(9, 30) and "
-            "60% : Brick else : Glass do; --attr NAME=VALUE makes others"
+            f"60% : Brick else : Glass do{'; --attr NAME=VALUE makes others' if can_set else ''}"
         )
 
 

@@ -76,6 +76,7 @@ def test_options_reach_the_model(run, rules, tmp_path):
     ("text", "num", "is_said"),
     [
         ("attr h = 3\nLot --> extrude(h) A", 2, True),
+        ("const h = 3\nLot --> extrude(h) A", 2, True),
         ("Lot --> extrude(3) A", 1, False),
         ("Lot --> extrude(rand(3, 9)) A", 2, False),
         ("Lot --> 50% : A else : extrude(3) B", 2, False),
@@ -87,6 +88,7 @@ def test_options_reach_the_model(run, rules, tmp_path):
 def test_rules_without_chance_are_said_to_make_equal_models(run, rules, tmp_path, text, num, is_said):
     said = run("sample", rules(text), "-n", str(num), "--no-image", "-o", tmp_path / "out").stderr
     assert ("all models are equal: the rules draw nothing at random" in said) == is_said
+    assert ("--attr NAME=VALUE makes others" in said) == (is_said and "attr" in text)
 
 
 def test_a_start_rule_can_be_chosen(run, rules, tmp_path):
