@@ -35,7 +35,7 @@ from grammarlab.features.patterns.pattern import (
     Pattern,
     Step,
 )
-from grammarlab.language.dimensions import unit_of_result
+from grammarlab.language.dimensions import UNKNOWN, unit_of_result
 
 ONE_OF = "one of these: "
 """What words for a table of several pairs begin with."""
@@ -101,12 +101,18 @@ def formula_words(formula: Formula, names: Mapping[Feature, str]) -> str:
 
 
 def unit_of(feature: Feature, of_draw: Callable[[str], str]) -> str:
-    """Unit of a feature, such as ``m²`` of a product of lengths; empty for numbers of things and unknown ones.
+    """Unit of a feature, such as ``m²`` of a product of lengths; empty for plain numbers and unknown units.
 
     Args:
         feature: the feature.
-        of_draw: unit of a draw by its name; empty for none.
+        of_draw: unit of a draw by its name; empty for plain numbers, `UNKNOWN` for unknown units.
     """
+    unit = _unit_of(feature, of_draw)
+    return "" if unit == UNKNOWN else unit
+
+
+def _unit_of(feature: Feature, of_draw: Callable[[str], str]) -> str:
+    """Unit of a feature; `UNKNOWN` for unknown ones."""
     if isinstance(feature, Draw):
         return of_draw(feature.site) if feature.branch is None else ""
     units: list[str | None] = []
@@ -114,7 +120,7 @@ def unit_of(feature: Feature, of_draw: Callable[[str], str]) -> str:
         if isinstance(step, ConstantTerm):
             units.append(None)
         elif isinstance(step, Measure):
-            units.append(unit_of(step.feature, of_draw))
+            units.append(_unit_of(step.feature, of_draw))
         else:
             units.append(unit_of_result(step.operation, [units[index] for index in step.operands]))
     return (units[-1] if units else "") or ""

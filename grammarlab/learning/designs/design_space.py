@@ -100,7 +100,7 @@ class AbstractDesignSpace(ABC, Generic[Designs]):
         return DisplayNames({}, {}, {})
 
     def unit_of(self, draw: str) -> str:
-        """Unit of a draw by its name, such as ``m``; empty for a plain number."""
+        """Unit of a draw by its name, such as ``m``; empty for a plain number, `dimensions.UNKNOWN` for none known."""
         return ""
 
     @abstractmethod

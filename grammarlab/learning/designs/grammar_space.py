@@ -32,7 +32,7 @@ from grammarlab.features.patterns.tree_index import without_geometry
 from grammarlab.files import existing
 from grammarlab.geometry.footprints.footprint_text import read_footprint_map
 from grammarlab.language.attribute_values import fit_properties
-from grammarlab.language.dimensions import units_of_calls
+from grammarlab.language.dimensions import UNKNOWN, units_of_calls
 from grammarlab.language.display_names import DisplayNames
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Numbering
@@ -126,13 +126,13 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
         return DisplayNames.of(self.grammar.tree)
 
     def unit_of(self, draw: str) -> str:
-        return self._units.get(draw, "")
+        return self._units.get(draw, UNKNOWN)
 
     @cached_property
     def _units(self) -> dict[str, str]:
         units = units_of_calls(self.grammar.tree)
         numbers = [random_place.node.number for random_place in number_grammar(self.grammar).random_places]
-        return {site.name: units.get(number, "") for site, number in zip(self.program.sites, numbers, strict=True)}
+        return {site.name: units.get(number, UNKNOWN) for site, number in zip(self.program.sites, numbers, strict=True)}
 
     @cached_property
     def proposal(self) -> Flattened:

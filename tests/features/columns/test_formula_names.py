@@ -15,6 +15,7 @@ from grammarlab.features.columns.vocabulary import extract
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.operations import evaluate
 from grammarlab.features.patterns.pattern import Atom, Draw, Pattern
+from grammarlab.language.dimensions import UNKNOWN
 from grammarlab.language.grammar import Grammar
 
 ALIKE, BOTH = "({*[A:0 + A:0]} + {*[A:1 + A:1]})", "{*[A:* + A:*]}"
@@ -136,8 +137,13 @@ def test_what_is_no_pair_of_choices_is_no_table():
         ("sqrt($h * $w)", ""),
         ("$h * $w * $h * $w", ""),
         ("{Floor}", ""),
+        ("$h * $share", "m"),
+        ("$h * $any", ""),
+        ("$any", ""),
+        ("$h / $any * $any", ""),
+        ("sqrt($h * $w) * $h", ""),
     ],
 )
 def test_units_of_formulas_are_those_of_what_they_read(text, unit):
-    units = {"h": "m", "w": "m", "pitch": "°"}
-    assert unit_of(Expression.parse(text).formula, lambda name: units.get(name, "")) == unit
+    units = {"h": "m", "w": "m", "pitch": "°", "share": ""}
+    assert unit_of(Expression.parse(text).formula, lambda name: units.get(name, UNKNOWN)) == unit

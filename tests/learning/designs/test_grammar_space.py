@@ -11,6 +11,7 @@ import pytest
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.selection import select_models
 from grammarlab.errors import UsageError
+from grammarlab.language.dimensions import UNKNOWN
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address
@@ -30,6 +31,14 @@ Box --> 50% : Red. else : Blue.
 Round --> 50% : Red. else : Blue.
 """
 SPACE = GrammarSpace(Grammar.parse(RULES), Path())
+
+
+def test_units_of_draws_are_known_unknown_or_none():
+    text = (
+        "attr h = rand(1, 9) attr share = rand(0, 1) attr tone = rand(0, 1) Lot --> extrude('share) t(0, h, 0) A(tone)"
+    )
+    space = GrammarSpace(Grammar.parse(text), Path())
+    assert [space.unit_of(site.name) for site in space.program.sites] == ["m", "", UNKNOWN]
 
 
 def round_blocks(forest):
