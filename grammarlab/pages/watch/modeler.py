@@ -63,10 +63,11 @@ def modeler(file: str, assets: str, library: str = "") -> Handler:
         assets: folder of assets; empty for the one beside the file.
         library: folder of further projects that the file imports from; empty for none.
     """
-    return _Bench(file, Path(assets) if assets else None, RuleChoices(library or None)).do
+    folder, choices = Path(assets) if assets else None, RuleChoices(library or None)
+    return _Bench(file=file, assets=folder, choices=choices).do
 
 
-@dataclass
+@dataclass(kw_only=True)
 class _Bench:
     file: str
     assets: Path | None
