@@ -37,7 +37,6 @@ def trim_airplane(m: Model) -> float:
 
 
 SUMS_TRUTH: dict[str, Callable[[Model], float]] = {
-    taste.__name__: taste
-    for taste in (allowance_building, girth_limits, legs_furniture, points_quarter, trim_airplane)
+    taste.__name__: taste for taste in (allowance_building, girth_limits, legs_furniture, points_quarter, trim_airplane)
 }
 """What each scenario likes, by its name."""
