@@ -41,7 +41,10 @@ _MIN_EDGE_SHARE = 0.25
 """Smallest length of an edge that gives rectangles a direction, as a share of the longest edge of its ring."""
 _GRID = 1e-4
 """Distance in metres of the grid around the centroid of a face to which its corners move before rectangles along edges
-are compared, as CityEngine does: sides are up to this much inside the face. A tolerance."""
+are compared, as CityEngine does: a side is up to this much inside the face or, where it faces the centroid, outside. A
+tolerance."""
+_NEARBY = 2.0 * _GRID
+"""Largest distance in metres from the sides of a rectangle on the grid to those of its hole in the remainder."""
 _GRID_SLACK = 1e-5
 """Share of a grid cell below which a corner that rounding has put short of a grid line is on it."""
 _Projection = tuple[float, float, float, float]
@@ -51,14 +54,16 @@ _Projection = tuple[float, float, float, float]
 def inner_rectangle(meshes: Meshes, alignment: Alignment = "scope") -> Setback:
     """The largest rectangle inside each face, and what remains of the face.
 
-    Rectangles along edges have their sides on a grid of 0.1 mm, up to two cells short of the largest ones, which the
-    remainder leaves out; faces too small for it have the exact ones.
+    Rectangles along edges have their sides on a grid of 0.1 mm, as CityEngine has: beside edges along them they are up
+    to a cell short of these or, where they face the centroid, a cell beyond. The remainder leaves out the largest
+    rectangle in the face within two cells of them. Faces too small for the grid have exact rectangles.
 
     Rectangles are projected along the axis nearest to the face's normal, so on a slanted face they are
-    parallelograms. Of equally large rectangles, one along the longest edge is used, and of these the one nearest to the
-    centroid of the face. A rectangle begins with the edge most parallel to the first edge of the face; a remainder,
-    which may have several pieces, begins at its first corner in the order of the face. A face that is already an
-    aligned rectangle has no remainder; a face without area, or with crossing edges, is its own remainder.
+    parallelograms. Of equally large rectangles, one along the longest edge is used, of these the one nearest to the
+    centroid of the face, and of these the one nearest to the first of the longest edges. A rectangle begins with the
+    edge most parallel to the first edge of the face; a remainder, which may have several pieces, begins at its first
+    corner in the order of the face. A face that is already an aligned rectangle has no remainder; a face without area,
+    or with crossing edges, is its own remainder.
 
     Args:
         meshes: M meshes, in the axes of their scopes.
@@ -113,7 +118,7 @@ def inner_rect(meshes: Meshes) -> Meshes:
 def largest_rectangle(rings: Sequence[Floats]) -> Floats | None:
     """Lower left and upper right corner [2, 2] of the largest axis-parallel rectangle in a polygon.
 
-    Of equally large rectangles, the one whose centre is nearest to the polygon's centroid is used.
+    Of equally large rectangles, the one whose centre is nearest to the polygon's centroid is used, then the lowest.
 
     Args:
         rings: [n, 2] the outline, then holes; in metres.
@@ -142,8 +147,17 @@ def largest_rectangle(rings: Sequence[Floats]) -> Floats | None:
     if not candidates:
         return None
     centre = _centroid(unit)
-    nearest = min(candidates, key=lambda rectangle: round(float(np.hypot(*(rectangle.mean(axis=0) - centre))), 9))
-    return nearest * size + low
+    return min(candidates, key=lambda rectangle: _preference(rectangle, centre)) * size + low
+
+
+def _preference(rectangle: Floats, centre: Floats) -> list[float]:
+    """Numbers that are lowest, in this order, for the one to use of equally large rectangles.
+
+    Along the longest edge of a face, the lowest top is nearest to this edge, which CityEngine prefers.
+    """
+    left, top = float(rectangle[0, 0]), float(rectangle[1, 1])
+    distance = float(np.hypot(*(rectangle.mean(axis=0) - centre)))
+    return [round(number, 9) for number in (distance, top, left)]
 
 
 def _projections(polygons: Polygons) -> Floats:
@@ -200,7 +214,7 @@ def _inner_patch(xy: Floats, projection: Floats, alignment: Alignment) -> tuple[
 def _largest_over_directions(
     flat: Floats, loops: list[list[int]], alignment: Alignment
 ) -> tuple[Floats, Floats] | None:
-    """[4, 2] the largest rectangle over all directions allowed, first on the grid and then exactly."""
+    """[4, 2] the largest rectangle over all directions allowed, and the hole for it in the remainder."""
     best = None
     largest = 0.0
     for x, y in _directions(flat, loops) if alignment == "edge" else [(1.0, 0.0)]:
@@ -216,12 +230,36 @@ def _largest_over_directions(
         return None
     exact, turn = best
     first = flat[1] - flat[0]
-    whole = _from_first_edge(_transformed(_corners_of(exact), turn.T), first)
+    on_grid = _on_grid(flat, loops, turn) if alignment == "edge" else None
+    whole = _transformed(_corners_of(exact), turn.T)
+    rectangle, hole = on_grid or (whole, whole)
+    return _from_first_edge(rectangle, first), _from_first_edge(hole, first)
+
+
+def _on_grid(flat: Floats, loops: list[list[int]], turn: Floats) -> tuple[Floats, Floats] | None:
+    """Corners [4, 2] of the largest rectangle on the grid, and of the largest one in the face at the same place.
+
+    One search chooses among equally large rectangles: two might choose different ones.
+
+    Args:
+        flat: [C, 2] the corners of the polygon.
+        loops: corner indices of the rings of the polygon.
+        turn: [2, 2] matrix by which rows turn to the direction of the sides.
+    """
     centre = _centroid([flat[ring] for ring in loops])
-    on_grid = largest_rectangle([_inwards(_transformed(flat[ring] - centre, turn)) for ring in loops])
-    if alignment == "scope" or on_grid is None:
-        return whole, whole
-    return _from_first_edge(_transformed(_corners_of(on_grid), turn.T) + centre, first), whole
+    bounds = largest_rectangle([_inwards(_transformed(flat[ring] - centre, turn)) for ring in loops])
+    if bounds is None:
+        return None
+    rectangle, nearby = (
+        _transformed(_corners_of(bounds + np.array([[-more], [more]])), turn.T) + centre for more in (0.0, _NEARBY)
+    )
+    parts = shapely.get_parts(shapely.intersection(_area(flat, loops), shapely.Polygon(nearby))).tolist()
+    part = max(parts, key=shapely.area, default=None)
+    if not isinstance(part, shapely.Polygon) or part.is_empty:
+        return None
+    place = [shapely.get_coordinates(ring)[:-1] - centre for ring in (part.exterior, *part.interiors)]
+    hole = largest_rectangle([_transformed(ring, turn) for ring in place])
+    return None if hole is None else (rectangle, _transformed(_corners_of(hole), turn.T) + centre)
 
 
 def _inwards(points: Floats) -> Floats:
@@ -244,7 +282,7 @@ def _from_first_edge(rectangle: Floats, first: Floats) -> Floats:
 
 
 def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float]]:
-    """Unit vectors along the longer edges, the longest first, each once, quarter turns being the same."""
+    """Unit vectors along the longer edges, the longest first; of those that differ by quarter turns the first."""
     directions: dict[tuple[float, float], tuple[float, tuple[float, float]]] = {}
     for ring in loops:
         along = np.roll(flat[ring], -1, axis=0) - flat[ring]
@@ -252,9 +290,8 @@ def _directions(flat: Floats, loops: list[list[int]]) -> list[tuple[float, float
         for (x, y), size in zip(along.tolist(), length.tolist(), strict=True):
             if size > _MIN_EDGE_SHARE * length.max():
                 quarters = [(x, y), (-y, x), (-x, -y), (y, -x)]
-                direction = next((a / size, b / size) for a, b in quarters if a > 0.0 and b >= 0.0)
-                name = round(direction[0], 9), round(direction[1], 9)
-                edge = round(size, 9), direction
+                name = next((round(a / size, 9), round(b / size, 9)) for a, b in quarters if a > 0.0 and b >= 0.0)
+                edge = round(size, 9), (x / size, y / size)
                 directions[name] = max(directions.get(name, edge), edge, key=itemgetter(0))
     return [direction for _, direction in sorted(directions.values(), key=itemgetter(0), reverse=True)]
 

@@ -133,6 +133,44 @@ def test_sides_of_rectangles_along_edges_lie_on_the_grid_of_the_other_runtime(fo
         assert [points.min(axis=0), points.max(axis=0)] == [pytest.approx(low, abs=1e-6), pytest.approx(high, abs=1e-6)]
 
 
+EQUAL_ARMS = {
+    "L": [(0, 0), (10, 0), (10, -3), (3, -3), (3, -10), (0, -10)],
+    "plus": [
+        *((4, 0), (8, 0), (8, -4), (12, -4), (12, -8), (8, -8)),
+        *((8, -12), (4, -12), (4, -8), (0, -8), (0, -4), (4, -4)),
+    ],
+    "H": [
+        *((0, 0), (4, 0), (4, -8), (9, -8), (9, 0), (13, 0)),
+        *((13, -20), (9, -20), (9, -11), (4, -11), (4, -20), (0, -20)),
+    ],
+}
+
+
+@pytest.mark.parametrize(
+    ("shape", "first", "low", "high"),
+    [
+        ("L", 0, [0, -3], [10, 0]),
+        ("L", 1, [0, -10], [3, 0]),
+        ("L", 5, [0, -10], [3, 0]),
+        ("plus", 0, [0, -8], [12, -4]),
+        ("plus", 1, [4, -12], [8, 0]),
+        ("plus", 6, [0, -8], [12, -4]),
+        ("H", 0, [9, -20], [13, 0]),
+        ("H", 5, [9, -20], [13, 0]),
+        ("H", 6, [0, -20], [4, 0]),
+        ("H", 11, [0, -20], [4, 0]),
+    ],
+)
+def test_of_equal_arms_the_one_on_the_first_of_the_longest_edges_is_taken_as_in_the_other_runtime(
+    shape, first, low, high
+):
+    corners = np.roll(np.array(EQUAL_ARMS[shape], float), -first, axis=0)
+    footprint = np.insert(corners, 1, 0.0, axis=1)
+    rules = "Lot --> innerRectangle(edge) { shape : A | remainder : NIL }"
+    points = world_meshes(derive(Grammar.parse(rules), 1, 0, footprint=footprint)).points[:, [0, 2]]
+    assert [points.min(axis=0), points.max(axis=0)] == [pytest.approx(low, abs=1e-3), pytest.approx(high, abs=1e-3)]
+
+
 U_SHAPE = np.array(
     [[0.0, 0, 0], [0, 0, 25], [10, 0, 25], [10, 0, 12], [22, 0, 12], [22, 0, 25], [32, 0, 25], [32, 0, 0]]
 )

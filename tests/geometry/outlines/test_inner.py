@@ -28,6 +28,12 @@ def signed(meshes):
     return measure.area_vectors(meshes)[:, 1]
 
 
+def outlines(meshes):
+    """Faces as seen from above."""
+    corners = np.split(meshes.points[meshes.corner_points()][:, [0, 2]], meshes.face_offsets[1:-1])
+    return [shapely.Polygon(ring) for ring in corners]
+
+
 def extent(rectangle):
     return float(np.prod(rectangle[1] - rectangle[0]))
 
@@ -96,6 +102,31 @@ def test_of_equal_rectangles_the_one_nearest_the_centroid_is_taken():
         [(0, 0), (12, 0), (12, 11), (10, 11), (10, 1), (7, 1), (7, 11), (5, 11), (5, 1), (2, 1), (2, 11), (0, 11)]
     )
     assert found_in(rake.astype(float)) == pytest.approx(np.array([(5, 0), (7, 11)]))
+
+
+SYMMETRIC = {
+    "L": [(0, 0), (10, 0), (10, 3), (3, 3), (3, 10), (0, 10)],
+    "U": [(0, 0), (10, 0), (10, 20), (7, 20), (7, 3), (3, 3), (3, 20), (0, 20)],
+    "narrow U": [(0, 0), (10, 0), (10, 20), (7, 20), (7, 2), (3.00005, 2), (3.00005, 20), (0, 20)],
+    "plus": [(4, 0), (8, 0), (8, 4), (12, 4), (12, 8), (8, 8), (8, 12), (4, 12), (4, 8), (0, 8), (0, 4), (4, 4)],
+}
+
+
+@pytest.mark.parametrize("name", SYMMETRIC)
+@pytest.mark.parametrize("alignment", ["scope", "edge"])
+def test_the_remainder_leaves_out_the_rectangle_that_was_chosen_among_equal_ones(name, alignment):
+    for degrees in range(0, 46, 5):
+        x, y = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+        lot = lots([np.array(SYMMETRIC[name], float) @ np.array([[x, y], [-y, x]])])
+        result = inner_rectangle(lot, alignment)
+        assert result.group[0] == RECTANGLE
+        (face,) = outlines(lot)
+        rectangle, *rest = outlines(result.meshes)
+        reach = 1e-8 if alignment == "scope" else math.sqrt(2.0) * GRID
+        gap = reach * rectangle.length
+        assert rectangle.intersection(shapely.union_all(rest)).area <= gap
+        assert face.difference(shapely.union_all([rectangle, *rest])).area <= gap
+        assert face.buffer(reach, join_style="mitre").covers(rectangle)
 
 
 @QUICK
