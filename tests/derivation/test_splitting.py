@@ -75,6 +75,18 @@ def test_the_repeat_count_brings_the_stretch_nearest_to_one(length, count):
     assert len(extents(length, SplitRepeat((about(3.0),)))[0]) == count
 
 
+@pytest.mark.parametrize("tile", [2.5, 3.55, 4.5])
+@pytest.mark.parametrize(
+    ("step", "counts"), [(1, [1, 0]), (5, [1, 0]), (8, [1, 1]), (14, [2, 1]), (18, [2, 2]), (23, [3, 2])]
+)
+def test_the_first_of_two_groups_gets_the_extra_part_as_in_the_other_runtime(tile, step, counts):
+    room = 0.21 * step * tile + 0.03
+    group = SplitRepeat((about(tile),))
+    elements = [SplitSize(1.0), SplitSize(tile), group, SplitSize(tile), group, SplitSize(tile), SplitSize(1.0)]
+    pieces = divide(np.array([3.0 * tile + 2.0 + room]), elements)
+    assert [len(pieces[i].extent) for i in (2, 4)] == counts
+
+
 def test_a_floating_rest_changes_the_count():
     tiles, joints, rest = extents(2.15, SplitRepeat((about(0.7167), SplitSize(0.25))), about(0.7167))
     assert (len(tiles), len(joints), len(rest)) == (2, 2, 1)
