@@ -59,6 +59,10 @@ def written(result):
     return result.file.read_text()
 
 
+UNEVEN = 1e-4
+"""Divergence in nats of an even density from one that improbable explanations of the scores make a little uneven."""
+
+
 def red_below(forest):
     return 60.0 * count(forest, [BOTTOM_RED])[:, 0]
 
@@ -102,9 +106,9 @@ def test_labels_become_the_grammar_that_samples_in_proportion_to_them(grammar, r
         ["Lot > Part@0:0"],
     )
     assert result.learned.method == "compile"
-    assert result.density.measured.after.js < 1e-6
+    assert result.density.measured.after.js < UNEVEN
     assert result.density.measured.before.js > 0.1
-    assert sum(step.js for step in result.density.steps) < 1e-6
+    assert sum(step.js for step in result.density.steps) < UNEVEN
     text = written(result)
     assert "Labels labels.csv: 80 scores" in text
     assert "rand(3, 9)" in text
@@ -184,7 +188,7 @@ def test_an_even_base_makes_all_liked_trees_equally_likely(grammar, tmp_path):
     # By hand: the bottom is red, its wall one of 3, the top 2 colours with 3 walls, and the height even over 6 m.
     np.testing.assert_allclose(density[liked], 1.0 / (3 * 2 * 3) / 6.0, rtol=1e-6)
     assert (density[~liked] == 0.0).all()
-    assert result.density.measured.after.js < 1e-6
+    assert result.density.measured.after.js < UNEVEN
     assert result.density.measured.before.js > 0.1
     sampled = result.learned.sample(900, 3)
     glass = count(sampled, [parse("Wall:0"), parse("Wall:1")]).mean(axis=0)
@@ -219,7 +223,7 @@ def test_an_even_base_works_for_a_shipped_grammar(tmp_path):
 
 @takes_turns
 @pytest.mark.parametrize(
-    ("method", "most"), [("parameters", 0.15), ("structure", 0.01), ("tied", 0.01), ("rejection", 1e-6)]
+    ("method", "most"), [("parameters", 0.15), ("structure", 0.01), ("tied", 0.01), ("rejection", UNEVEN)]
 )
 def test_other_methods_make_the_grammar_from_samples(grammar, tmp_path, method, most):
     result = learn(tmp_path, scored(grammar, red_below), method=method, num_samples=400)
