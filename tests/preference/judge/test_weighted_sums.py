@@ -86,7 +86,7 @@ def test_of_equal_sums_the_best_stays():
 
 def test_longer_sums_begin_with_their_best_weights():
     columns, randomness = draws(96, 8, 11), np.random.default_rng(12)
-    waves = _Waves.of(columns, even(columns), 100.0 * (columns @ randomness.normal(size=8) > 0.0))
+    waves = _Waves.of(columns, even(columns), np.where(columns @ randomness.normal(size=8) > 0.0, 100.0, 0.0))
     roots = [_Wave((root,), np.ones(1), 0.0) for root in range(8)]
     together = {frozenset(wave.columns): wave.loss for wave in waves._longer(roots)}
     alone = [wave for root in roots for wave in waves._longer([root])]
@@ -106,7 +106,7 @@ def test_a_column_that_no_kept_one_resembles_is_kept():
 
 def test_weights_near_by_explain_no_less():
     columns = draws(80, 6, 9)
-    waves = _Waves.of(columns, even(columns), 100.0 * (np.abs(columns[:, 0] - columns[:, 3]) < 0.1))
+    waves = _Waves.of(columns, even(columns), np.where(np.abs(columns[:, 0] - columns[:, 3]) < 0.1, 100.0, 0.0))
 
     def amplitude(wave, weights):
         return abs((waves.scores * np.exp(1j * (waves.table[:, list(wave.columns)] @ weights))).sum())
