@@ -2,7 +2,8 @@
 
 Fixed sizes (absolute, or relative to the whole length) are assigned first; all floating sizes are then scaled by one
 common factor so that they fill the rest. If there are floating sizes, the number of repeats of a group is chosen so
-that this factor is above 0 and nearest to 1; several groups share the number evenly, the first ones get the remainder.
+that this factor is above 0 and nearest to 1. Several groups share the number evenly, the first ones get the remainder;
+a number that can be shared equally is preferred, as measured in another CGA runtime (`_imbalance`).
 Without floating sizes, a group is repeated as often as it fits, and its last part is cut. Parts of size 0 are left
 out; no part reaches beyond the length.
 """
@@ -193,7 +194,7 @@ def _repeats(length: Floats, elements: Sequence[Element]) -> list[Ints]:
     for step in range(2 * len(groups)):
         counts = _share(np.maximum(first + step, least), len(groups))
         factor = _factor(length, fixed, floats, inner, counts)
-        error = np.where(factor > 0.0, np.abs(factor - 1.0), np.inf)
+        error = np.where(factor > 0.0, np.abs(factor - 1.0) + _imbalance(counts, len(elements)), np.inf)
         nearer = error < smallest
         smallest = np.where(nearer, error, smallest)
         best = [np.where(nearer, new, old) for new, old in zip(counts, best, strict=True)]
@@ -207,6 +208,23 @@ def _share(total: Floats, groups: int) -> list[Ints]:
     if groups == 1:
         return [whole]
     return [whole // groups + (whole % groups > group) for group in range(groups)]
+
+
+def _imbalance(counts: Sequence[Ints], num_elements: int) -> Floats:
+    """Cost [N] of groups that repeat unequally, on the scale of the factor's distance from 1.
+
+    Mean over the elements of the split that have a part: a group counts with the distance of its share of the repeats
+    from an equal share, a size of its own with 0.
+
+    Args:
+        counts: repeats [N] of each group.
+        num_elements: number of sizes and groups of the split.
+    """
+    repeats = np.array(counts)
+    share = repeats / np.maximum(repeats.sum(axis=0), 1)
+    used = repeats > 0
+    distance = np.where(used, np.abs(share - 1.0 / len(counts)), 0.0).sum(axis=0)
+    return distance / np.maximum(num_elements - (~used).sum(axis=0), 1)
 
 
 def _factor(

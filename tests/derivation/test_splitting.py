@@ -87,6 +87,31 @@ def test_the_first_of_two_groups_gets_the_extra_part_as_in_the_other_runtime(til
     assert [len(pieces[i].extent) for i in (2, 4)] == counts
 
 
+# Lengths of the room for two groups, in parts, at which another CGA runtime repeats more often or, at the first, less.
+@pytest.mark.parametrize("tile", [2.5, 3.55])
+@pytest.mark.parametrize(
+    ("threshold", "below", "above"),
+    [
+        (0.1667, 2, 1),
+        (1.2777, 1, 2),
+        (2.4571, 2, 3),
+        (3.3470, 3, 4),
+        (4.5079, 4, 5),
+        (5.3767, 5, 6),
+        (6.5275, 6, 7),
+        (7.3905, 7, 8),
+        (8.5378, 8, 9),
+    ],
+)
+def test_two_groups_repeat_as_often_as_in_the_other_runtime(tile, threshold, below, above):
+    group = SplitRepeat((about(tile),))
+    elements = [SplitSize(1.0), SplitSize(tile), group, SplitSize(tile), group, SplitSize(tile), SplitSize(1.0)]
+    rooms = np.array([threshold - 2e-4, threshold + 2e-4]) * tile
+    pieces = divide(3.0 * tile + 2.0 + rooms, elements)
+    counts = np.bincount(pieces[2].row, minlength=2) + np.bincount(pieces[4].row, minlength=2)
+    assert counts.tolist() == [below, above]
+
+
 def test_a_floating_rest_changes_the_count():
     tiles, joints, rest = extents(2.15, SplitRepeat((about(0.7167), SplitSize(0.25))), about(0.7167))
     assert (len(tiles), len(joints), len(rest)) == (2, 2, 1)
