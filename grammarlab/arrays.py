@@ -120,6 +120,21 @@ def take_rows(offsets: NDArray[np.integer], rows: NDArray[np.integer]) -> tuple[
     return where, ends
 
 
+def runs(*columns: NDArray) -> tuple[Ints, Ints]:
+    """Runs [R] of rows in which no column [N] changes: the first row of each, and their lengths.
+
+    >>> [column.tolist() for column in runs(np.array([4, 4, 4, 7]), np.array([0, 1, 1, 1]))]
+    [[0, 1, 3], [1, 2, 1]]
+    """
+    num = len(columns[0])
+    begins = np.zeros(num, dtype=bool)
+    begins[:1] = True
+    for column in columns:
+        begins[1:] |= column[1:] != column[:-1]
+    starts = np.flatnonzero(begins)
+    return starts, np.diff(starts, append=num)
+
+
 def distinct(values: NDArray[np.integer], limit: int) -> Ints:
     """The different values, ascending, of a column of integers in 0 <= value < limit.
 
@@ -148,19 +163,29 @@ def ranked(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints]:
     return np.flatnonzero(present), (present.cumsum() - 1).take(values)
 
 
-def distinct_counts(values: NDArray[np.integer], limit: int) -> tuple[Ints, Ints]:
+def distinct_counts(
+    values: NDArray[np.integer], limit: int, weights: NDArray[np.integer] | None = None
+) -> tuple[Ints, Ints]:
     """The different values, ascending, of a column of integers in 0 <= value < limit, and how often each occurs.
+
+    Args:
+        values: [N] the integers.
+        limit: their bound.
+        weights: [N] how often each is counted, at least 1, with a sum below 2^53; None for once.
 
     >>> different, counts = distinct_counts(np.array([4, 1, 4]), 6)
     >>> different.tolist(), counts.tolist()
     ([1, 4], [1, 2])
     """
     if limit > _MOST_PLACES * len(values):
-        different, counts = np.unique(values, return_counts=True)
-        return different.astype(np.int64), counts
-    counts = np.bincount(values, minlength=limit)
+        if weights is None:
+            different, counts = np.unique(values, return_counts=True)
+            return different.astype(np.int64), counts
+        different, rank = np.unique(values, return_inverse=True)
+        return different.astype(np.int64), np.bincount(rank, weights).astype(np.int64)
+    counts = np.bincount(values, weights, minlength=limit)
     different = np.flatnonzero(counts > 0)  # nonzero of flags is twice as fast as of integers
-    return different, counts[different]
+    return different, counts[different].astype(np.int64, copy=False)
 
 
 def hashed(values: NDArray) -> NDArray[np.uint64]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from itertools import groupby
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +12,7 @@ from hypothesis import strategies as st
 
 from grammarlab.arrays import (
     connected,
+    distinct_counts,
     distinct_hashes,
     distinct_lists,
     distinct_pairs,
@@ -18,6 +22,7 @@ from grammarlab.arrays import (
     narrow,
     ranked,
     row_lengths,
+    runs,
     take_rows,
 )
 
@@ -132,3 +137,20 @@ def test_rows_are_taken_as_lists_are(lists, data) -> None:
 def test_narrow_columns_have_the_same_order(largest) -> None:
     values = np.random.default_rng(2).integers(0, largest, 200, endpoint=True)
     assert np.array_equal(np.argsort(narrow(values), kind="stable"), np.argsort(values, kind="stable"))
+
+
+@given(st.lists(st.tuples(st.integers(0, 2), st.integers(0, 1)), max_size=30))
+def test_runs_are_the_groups_of_neighbours_that_are_equal(rows) -> None:
+    columns = np.array(rows, dtype=np.int16).reshape(-1, 2).T
+    starts, lengths = runs(*columns)
+    assert lengths.tolist() == [len(list(group)) for _, group in groupby(rows)]
+    assert starts.tolist() == (np.cumsum(lengths) - lengths).tolist()
+
+
+@given(st.lists(st.tuples(st.integers(0, 20), st.integers(1, 5)), min_size=1, max_size=30), st.sampled_from([21, 500]))
+def test_weights_count_a_value_as_often_as_if_it_were_repeated(weighted, limit) -> None:
+    values, weights = np.array(weighted).T
+    different, counts = distinct_counts(values, limit, weights)
+    expected = Counter(values.repeat(weights).tolist())
+    assert dict(zip(different.tolist(), counts.tolist(), strict=True)) == expected
+    assert different.tolist() == sorted(expected)

@@ -167,10 +167,10 @@ def test_columns_that_say_the_same_are_one_and_rules_come_first():
     assert "Shop:0" in [str(f) for f in extract(towers(300), Options(1, repeats="count")).features]
 
 
-@given(SEEDS, st.integers(1, 30), st.integers(1, 5))
-def test_columns_kept_differ_and_those_left_out_follow_from_them(seed, width, models):
+@given(SEEDS, st.integers(1, 30), st.integers(1, 5), st.integers(0, 5))
+def test_columns_kept_differ_and_those_left_out_follow_from_them(seed, width, models, cut):
     values = np.random.default_rng(seed).integers(0, 3, (models, width)).astype(float)
-    kept = distinguishable(sparse.csr_array(values), np.arange(width))
+    kept = distinguishable([sparse.csr_array(part) for part in (values[:cut], values[cut:])], np.arange(width))
 
     def canonical(column):
         centred = values[:, column] - values[0, column]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
@@ -37,39 +39,56 @@ class FeatureTable:
 
     def rows(self) -> Floats:
         """[models, F] the values divided by their scales: the input of a preference."""
-        return self.counts.toarray() / self.scales
+        values = self.counts.toarray()
+        values /= self.scales
+        return values
 
 
-def distinguishable(counts: sparse.csr_array, order: Ints) -> Ints:
+def distinguishable(tables: Sequence[sparse.csr_array], order: Ints) -> Ints:
     """Columns that distinguish models, one of each equivalent set, in the given order.
 
     Two columns of integers are equivalent if their difference or their sum is constant.
 
     Args:
-        counts: [models, F] float64.
+        tables: [models, F] float64, each of further models.
         order: [F] all columns; the first one of a set is kept.
     """
+    width = len(order)
+    # Other columns are compared by their bits: only equal columns are equivalent.
+    is_integer = np.ones(width, dtype=bool)
+    for counts in tables:
+        is_integer[counts.indices[counts.data.astype(np.int64) != counts.data]] = False
+    hashes, sums, num_models = np.zeros((width, 2), np.uint64), np.zeros(2, np.uint64), 0
+    for counts in tables:
+        models = np.arange(num_models, num_models + size_of(counts)[0])
+        weights = np.stack([fold(root_keys(0, models), salt) for salt in (0, 1)])
+        hashes += _hashes(counts, is_integer, weights)
+        sums += weights.sum(axis=1, dtype=np.uint64)
+        num_models += len(models)
+    hashes -= _first_bits(tables, is_integer)[:, None] * sums
+    mirrored = np.uint64(0) - hashes
+    hashes = np.where(hashes[:, :1] > mirrored[:, :1], mirrored, hashes)
+    varies: Flags = np.any(hashes, axis=1)
+    varying = order[varies[order]]
+    _, firsts = np.unique(hashes[varying], axis=0, return_index=True)
+    return varying[np.sort(firsts)]
+
+
+def _hashes(counts: sparse.csr_array, is_integer: Flags, weights: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """[F, 2] sums of the values of each column, as integers or as bits, times the weights [2, models] of models."""
     # Imported here, since a page shows its first pictures without it.
     from scipy import sparse  # noqa: PLC0415
 
-    num_models, width = size_of(counts)
-    models = np.arange(num_models, dtype=np.int64)
-    weights = np.stack([fold(root_keys(0, models), salt) for salt in (0, 1)])
-    # Other columns are compared by their bits: only equal columns are equivalent.
     bits = counts.data.astype(np.int64)
-    is_integer = np.bincount(counts.indices[bits != counts.data], minlength=width) == 0
     np.copyto(bits, counts.data.view(np.int64), where=~is_integer[counts.indices])
-    hashes = (
-        sparse.csr_array((bits.view(np.uint64), counts.indices, counts.indptr), shape=(num_models, width)).T @ weights.T
-    )
-    first = counts[[0], :].toarray()[0] if num_models else np.zeros(width)
-    first = np.where(is_integer, first.astype(np.int64), first.view(np.int64)).astype(np.uint64)
-    hashes -= first[:, None] * weights.sum(axis=1, dtype=np.uint64)
-    mirrored = np.uint64(0) - hashes
-    hashes = np.where(hashes[:, :1] > mirrored[:, :1], mirrored, hashes)
-    varying = order[hashes.any(axis=1)[order]]
-    _, firsts = np.unique(hashes[varying], axis=0, return_index=True)
-    return varying[np.sort(firsts)]
+    return sparse.csr_array((bits.view(np.uint64), counts.indices, counts.indptr), shape=counts.shape).T @ weights.T
+
+
+def _first_bits(tables: Sequence[sparse.csr_array], is_integer: Flags) -> NDArray[np.uint64]:
+    """[F] values of the first model, as integers or as bits; zeros without models."""
+    table = next((counts for counts in tables if size_of(counts)[0]), None)
+    first = np.zeros(len(is_integer)) if table is None else table[[0], :].toarray()[0]
+    return np.where(is_integer, first.astype(np.int64), first.view(np.int64)).astype(np.uint64)
 
 
 def size_of(counts: sparse.csr_array) -> tuple[int, int]:

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Floats, Ints, distinct, distinct_counts, offsets_from_counts
+from grammarlab.arrays import Floats, Ints, distinct, distinct_counts, offsets_from_counts, runs
 from grammarlab.derivation.forest import Site
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
@@ -77,7 +77,9 @@ def count_sequences(trees: Trees, labels: NodeLabels, length: int, index: KeyInd
     """
     number, levels, label = _number_nodes(trees, labels, length, index, grow)
     counts = _count_by_model(trees.model, number, trees.num_models, len(label))
-    return Sequences(levels, label, counts, _met(number[trees.repeated], len(label)))
+    starts, _ = runs(number)
+    is_repeated = np.logical_or.reduceat(trees.repeated, starts) if len(starts) else trees.repeated
+    return Sequences(levels, label, counts, _met(number[starts[is_repeated]], len(label)))
 
 
 def count_paths(sequences: Sequences, width: int) -> Tally:
@@ -174,22 +176,20 @@ def columns_of(values: Floats, columns: Ints, width: int) -> Tally:
 
 def _number_nodes(
     trees: Trees, labels: NodeLabels, length: int, index: KeyIndex, grow: bool
-) -> tuple[Ints, list[_Level], Ints]:
+) -> tuple[NDArray[np.int32], list[_Level], Ints]:
     """Sequences of labels and edges.
 
     Returns:
         The sequence [N] of each node at the last level; levels 0 to ``length``, fewer if all paths are shorter; and the
         label [S] of each sequence of the last level.
     """
-    pairs = _label_pairs(trees, labels)
-    number, levels = trees.labels(labels), [_labels_alone(pairs, labels, index, grow)]
-    label = levels[0].codes
+    pairs, number = _label_pairs(trees, labels)
+    levels, label = [_labels_alone(pairs, labels, index, grow)], np.arange(labels.unknown + 1)
     while len(levels) <= length and (levels[-1].rules >= 0).any():
         above_roots = len(levels[-1].codes)
-        number = np.append(number, above_roots)[trees.parent]  # -1, above a root, is the last one
-        number *= len(pairs.label)
-        number += pairs.number
-        number, codes = _compact(number, (above_roots + 1) * len(pairs.label))
+        number = number.take(trees.parent, mode="wrap")
+        number[trees.roots] = above_roots
+        number, codes = _compact_pairs(number, pairs.number, above_roots + 1, len(pairs.label))
         num_rules = len(labels.rules) if len(levels) < length else 0
         levels.append(_next_level(levels, codes, pairs, num_rules, index, grow))
         label = pairs.label[codes % len(pairs.label)]
@@ -210,19 +210,21 @@ class _Level(NamedTuple):
     """[S] the sequence of the level before that lacks the first edge."""
 
 
-def _label_pairs(trees: Trees, labels: NodeLabels) -> _LabelPairs:
-    child = trees.forest.nodes.child
-    children = int(child.max(initial=0)) + 1
-    number = trees.labels(labels) * children
-    number += child
-    number, codes = _compact(number, (labels.unknown + 1) * children)
-    return _LabelPairs(number, *np.divmod(codes, children))
+def _label_pairs(trees: Trees, labels: NodeLabels) -> tuple[_LabelPairs, NDArray[np.int32]]:
+    """The pairs of the nodes, and the label [N] of each node."""
+    nodes = trees.forest.nodes
+    children = int(nodes.child.max(initial=0)) + 1
+    starts, lengths = runs(nodes.rule, nodes.symbol, nodes.child)
+    label = labels.numbers(trees.forest, starts)
+    rank, codes = _compact(label * children + nodes.child[starts], (labels.unknown + 1) * children)
+    number, label_of_node = (column.astype(np.int32).repeat(lengths) for column in (rank, label))
+    return _LabelPairs(number, *np.divmod(codes, children)), label_of_node
 
 
 class _LabelPairs(NamedTuple):
     """The K different pairs of a label and the ``child`` that a node is, ascending."""
 
-    number: Ints
+    number: NDArray[np.int32]
     """[N] the pair of each node."""
     label: Ints
     """[K] label of each pair."""
@@ -239,6 +241,18 @@ def _compact(values: Ints, limit: int) -> tuple[Ints, Ints]:
     rank = np.empty(limit, dtype=np.int64)
     rank[unique] = np.arange(len(unique))
     return rank[values], unique
+
+
+def _compact_pairs(
+    one: NDArray[np.int32], other: NDArray[np.int32], one_limit: int, other_limit: int
+) -> tuple[NDArray[np.int32], Ints]:
+    """`_compact` of pairs [N] of integers, the first times the limit of the second plus the second.
+
+    Nodes that a rule makes at once follow each other, and nearly all have equal pairs: one of each run is looked up.
+    """
+    starts, lengths = runs(one, other)
+    rank, codes = _compact(one[starts] * np.int64(other_limit) + other[starts], one_limit * other_limit)
+    return rank.astype(np.int32).repeat(lengths), codes
 
 
 def _labels_alone(pairs: _LabelPairs, labels: NodeLabels, index: KeyIndex, grow: bool) -> _Level:
@@ -307,19 +321,20 @@ def _assigned(counts: sparse.csr_array, repeated: NDArray[np.bool_], columns: Se
     return Tally(assigned, _met(cells[repeated], width + 1)[:-1])  # -1, for none, is the last one
 
 
-def _met(numbers: Ints, size: int) -> NDArray[np.bool_]:
+def _met(numbers: NDArray[np.integer], size: int) -> NDArray[np.bool_]:
     """[size] the numbers that occur."""
     met = np.zeros(size, dtype=bool)
     met[numbers] = True
     return met
 
 
-def _count_by_model(models: NDArray[np.integer], number: Ints, num_models: int, size: int) -> sparse.csr_array:
+def _count_by_model(
+    models: NDArray[np.integer], number: NDArray[np.integer], num_models: int, size: int
+) -> sparse.csr_array:
     """[num_models, size] counts of each number in each model."""
-    narrow = np.int32 if num_models * size < 1 << 31 else np.int64  # sorts twice as fast
-    codes = models * narrow(size)
-    codes += number
-    unique, counts = distinct_counts(codes, num_models * size)
+    starts, lengths = runs(models, number)
+    codes = models[starts] * np.int64(size) + number[starts]
+    unique, counts = distinct_counts(codes, num_models * size, lengths)
     model = unique // max(size, 1)
     offsets = offsets_from_counts(np.bincount(model, minlength=num_models))
     return sparse.csr_array((counts, unique - model * size, offsets), shape=(num_models, size))

@@ -134,8 +134,10 @@ class Vocabulary:
             UsageError: If the columns of a forest are not trees.
         """
         tallies = [_collect(forest, self.labels, self.options, self.index, grow=False) for forest in _listed(forests)]
-        counts = _stacked(tallies, len(self.index)).counts
-        return self._table(_flattened(counts[:, self.columns], self.present))
+        tables = [_widened(part.counts, len(self.index))[:, self.columns] for part in tallies]
+        for counts in tables:
+            _flatten(counts, self.present)
+        return self._table(_stacked(tables, len(self.columns)))
 
     def _table(self, values: sparse.csr_array) -> FeatureTable:
         return FeatureTable(
@@ -173,13 +175,14 @@ def _find(forests: tuple[Forest, ...], options: Options) -> tuple[Vocabulary, sp
     """A vocabulary, and the values [models, F] that it was found on."""
     labels, index = NodeLabels.of(forests), KeyIndex()
     tallies = [_collect(forest, labels, options, index, grow=True) for forest in forests]
-    counts, repeated = _stacked(tallies, len(index))
-    present = repeated & (options.repeats == "present")
+    present = _any([part.repeated for part in tallies], len(index)) & (options.repeats == "present")
     meaning = Meaning(labels, index.keys, options.extra)
-    flat = _flattened(counts, present)
+    tables = [_widened(part.counts, len(index)) for part in tallies]
+    for counts in tables:
+        _flatten(counts, present)
     order = sorted(range(len(index)), key=lambda column: (bool(present[column]), *_rank(index.keys[column], meaning)))
-    columns = distinguishable(flat, np.array(order, dtype=np.int64))
-    values = flat[:, columns]
+    columns = distinguishable(tables, np.array(order, dtype=np.int64))
+    values = _stacked([counts[:, columns] for counts in tables], len(columns))
     keys = [index.keys[column] for column in columns]
     features = tuple(_wrapped(meaning.feature(key), bool(present[c])) for key, c in zip(keys, columns, strict=True))
     names = ColumnNames(labels, meaning)
@@ -232,11 +235,9 @@ def _scales(values: sparse.csr_array, drawn: Sequence[bool]) -> Floats:
     return scales
 
 
-def _flattened(counts: sparse.csr_array, present: NDArray[np.bool_]) -> sparse.csr_array:
-    """Counts; columns of presence have 0 and 1."""
-    data = counts.data.copy()
-    data[present[counts.indices] & (data > 0.0)] = 1.0
-    return sparse.csr_array((data, counts.indices, counts.indptr), shape=size_of(counts))
+def _flatten(counts: sparse.csr_array, present: NDArray[np.bool_]) -> None:
+    """Give columns of presence 0 and 1, in place: new memory takes more time than anything else here."""
+    counts.data[present[counts.indices] & (counts.data > 0.0)] = 1.0
 
 
 def _collect(forest: Forest, labels: NodeLabels, options: Options, index: KeyIndex, grow: bool) -> Tally:
@@ -270,11 +271,10 @@ def _merged(parts: Sequence[sparse.csr_array], width: int) -> sparse.csr_array:
     return sparse.csr_array((data, columns, offsets), shape=(len(offsets) - 1, width))
 
 
-def _stacked(tallies: Sequence[Tally], width: int) -> Tally:
-    """The rows of several tables, one below the other."""
+def _stacked(tables: Sequence[sparse.csr_array], width: int) -> sparse.csr_array:
+    """The rows of several tables of ``width`` columns, one below the other."""
     empty = sparse.csr_array((0, width), dtype=np.float64)
-    counts = sparse.vstack([empty, *(_widened(part.counts, width) for part in tallies)], format="csr")
-    return Tally(sparse.csr_array(counts), _any([part.repeated for part in tallies], width))
+    return sparse.csr_array(sparse.vstack([empty, *tables], format="csr"))
 
 
 def _widened(counts: sparse.csr_array, width: int) -> sparse.csr_array:

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import ROUNDING, Ints, connected, distinct
+from grammarlab.arrays import ROUNDING, Floats, Ints, connected, distinct, runs
 from grammarlab.derivation.forest import Forest, RuleName
 
 
@@ -46,15 +46,15 @@ class NodeLabels:
         successors: list[dict[int, str]] = [{} for _ in rules]
         moments = np.zeros((3, len(rules) + 1))
         for forest in forests:
-            number = bare.numbers(forest)
-            for label, child, symbol in _successors_in(forest, number):
+            for label, child, symbol in _successors_in(forest, bare):
                 successors[label][child] = symbol
-            moments[0] += np.bincount(number, minlength=bare.unknown + 1)[: len(rules) + 1]
-            logarithms = _rule_draws(forest)
-            drawn_rows = np.flatnonzero((logarithms != 0.0) & (number < len(rules)))
+            starts, lengths = runs(forest.nodes.rule, forest.nodes.symbol)
+            counts = np.bincount(bare.numbers(forest, starts), weights=lengths, minlength=bare.unknown + 1)
+            moments[0] += counts[: len(rules) + 1]
+            nodes, logarithms = _rule_draws(forest)
+            number = bare.numbers(forest, nodes)
             for power in (1, 2):
-                weights = logarithms[drawn_rows] ** power
-                moments[power] += np.bincount(number[drawn_rows], weights=weights, minlength=len(rules) + 1)
+                moments[power] += np.bincount(number, weights=logarithms**power, minlength=len(rules) + 1)
         _, mean, square = moments[:, :-1] / np.maximum(moments[0, :-1], 1.0)
         chances = np.where(square - mean**2 <= ROUNDING, np.exp(mean), np.nan)
         ordered = tuple(dict(sorted(children.items())) for children in successors)
@@ -65,14 +65,16 @@ class NodeLabels:
         """The last label, of nodes with unknown rule or symbol."""
         return len(self.rules) + len(self.symbols)
 
-    def numbers(self, forest: Forest) -> Ints:
-        """[N] the label of each node of a forest."""
+    def numbers(self, forest: Forest, rows: NDArray[np.integer] | None = None) -> Ints:
+        """[N] the label of each node of a forest, or of those at some rows."""
         rules = [self._rule_numbers.get(_key(rule), self.unknown) for rule in forest.rules]
         first = len(self.rules)
         symbols = [first + self._symbol_numbers.get(s, self.unknown - first) for s in forest.symbols]
-        nodes = forest.nodes
-        index = nodes.symbol + np.int64(len(rules))
-        np.copyto(index, nodes.rule, where=nodes.rule >= 0)
+        symbol, rule = forest.nodes.symbol, forest.nodes.rule
+        if rows is not None:
+            symbol, rule = symbol.take(rows), rule.take(rows)
+        index = symbol + np.int64(len(rules))
+        np.copyto(index, rule, where=rule >= 0)
         return np.array([*rules, *symbols], dtype=np.int64)[index]
 
     def symbol_of(self, label: int) -> str:
@@ -176,28 +178,27 @@ def _key(rule: RuleName) -> tuple[str, int, tuple[int, ...]]:
     return rule.symbol, rule.parameters, rule.branch
 
 
-def _successors_in(forest: Forest, label: Ints) -> list[tuple[int, int, str]]:
+def _successors_in(forest: Forest, labels: NodeLabels) -> list[tuple[int, int, str]]:
     """Different (label of a node, ``child`` and symbol of one below it)."""
     nodes = forest.nodes
-    width, above_roots = int(nodes.child.max(initial=0)) + 1, int(label.max(initial=0)) + 1
-    keys = np.append(label, above_roots)[nodes.parent]  # -1, above a root, is the last one
-    keys *= width
-    keys += nodes.child
-    keys *= len(forest.symbols)
-    keys += nodes.symbol
-    codes = distinct(keys, (above_roots + 1) * width * len(forest.symbols))
-    edge, symbol = np.divmod(codes, len(forest.symbols))
+    starts, _ = runs(nodes.rule.take(nodes.parent, mode="wrap"), nodes.child, nodes.symbol)
+    starts = starts[nodes.parent[starts] >= 0]
+    upper, child = labels.numbers(forest, nodes.parent[starts]), nodes.child[starts].astype(np.int64)
+    width = int(child.max(initial=0)) + 1
+    keys = (upper * width + child) * len(forest.symbols) + nodes.symbol[starts]
+    edge, symbol = np.divmod(distinct(keys, (labels.unknown + 1) * width * len(forest.symbols)), len(forest.symbols))
     upper, child = np.divmod(edge, width)
     edges = zip(upper.tolist(), child.tolist(), symbol.tolist(), strict=True)
-    return [(u, c, forest.symbols[s]) for u, c, s in edges if u < above_roots]
+    return [(u, c, forest.symbols[s]) for u, c, s in edges]
 
 
-def _rule_draws(forest: Forest) -> NDArray[np.float64]:
-    """[N] log-density of the draws that chose the rule of each node; 0 without draws."""
+def _rule_draws(forest: Forest) -> tuple[Ints, Floats]:
+    """Nodes [K] whose rule was drawn, ascending, and the log-density of these draws; without certain ones."""
     definitions = {symbol: number for number, symbol in enumerate(forest.symbols)}
     owners = [definitions.get(site.definition, -1) if site.kind == "choice" else -1 for site in forest.sites]
     draws = forest.draws
     deciding = np.array([*owners, -1])[draws.site] == forest.nodes.symbol[draws.node]
     deciding &= forest.nodes.rule[draws.node] >= 0
-    node = draws.node[deciding]
-    return np.bincount(node, draws.log_density[deciding], len(forest.nodes.symbol)).astype(np.float64)
+    logarithms = np.bincount(draws.node[deciding], draws.log_density[deciding], len(forest.nodes))
+    nodes = np.flatnonzero(logarithms != 0.0)  # nonzero of flags is twice as fast as of numbers
+    return nodes, logarithms[nodes].astype(np.float64)

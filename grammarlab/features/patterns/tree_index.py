@@ -41,7 +41,6 @@ class Trees:
         self.model = forest.nodes.model
         self.parent = forest.nodes.parent.astype(np.int64)  # NumPy's index type, four times as fast
         self.num_models = forest.num_models
-        self._scratch = np.zeros(len(forest.nodes))
         self._labelled: tuple[NodeLabels, Ints] | None = None
 
     def labels(self, labels: NodeLabels) -> Ints:
@@ -79,6 +78,16 @@ class Trees:
         order, offsets = self._draws_by_site
         named = [i for i, expression in enumerate(self.forest.sites) if expression.name == site]
         return np.concatenate([np.zeros(0, np.int64), *(order[offsets[i] : offsets[i + 1]] for i in named)])
+
+    @cached_property
+    def roots(self) -> Ints:
+        """The nodes without a parent, ascending."""
+        return np.flatnonzero(self.parent < 0)
+
+    @cached_property
+    def _scratch(self) -> Floats:
+        """[N] zeros between two sums."""
+        return np.zeros(len(self.model))
 
     @cached_property
     def draw_model(self) -> NDArray[np.int32]:

@@ -132,12 +132,14 @@ class DesignTables(Generic[Designs]):
         _, base, others = self._base(columns.path_length, columns.elsewhere)
         pool = [self._composed(feature)[0] for feature in columns.extra]
         elsewhere = self._elsewhere(columns.elsewhere)
-        rows, num_pool = base.rows(), len(self.pool_designs.pool)
+        rows = base.rows()
+        if columns.extra:
+            composed = np.concatenate([np.column_stack(pool), self._scaled(elsewhere, columns.extra)])
+            rows = np.column_stack([rows, composed])
         first, names = len(base.group_names), _names(columns.extra, base)
-        outside = self._extended(rows[num_pool:], elsewhere, columns.extra)
         return DesignTable(
             columns=columns,
-            rows=np.concatenate([np.column_stack([rows[:num_pool], *pool]), outside]),
+            rows=rows,
             others=self._extended(others, self._others, columns.extra),
             features=(*base.features, *columns.extra),
             names=(*base.names, *names),
@@ -165,8 +167,11 @@ class DesignTables(Generic[Designs]):
 
     def _extended(self, rows: Floats, designs: Sequence[Designs], extra: tuple[Feature, ...]) -> Floats:
         """Rows with the columns of features composed of others."""
-        scales = [self._composed(feature)[1] for feature in extra]
-        return np.column_stack([rows, self.space.values(designs, extra) / scales]) if extra else rows
+        return np.column_stack([rows, self._scaled(designs, extra)]) if extra else rows
+
+    def _scaled(self, designs: Sequence[Designs], extra: tuple[Feature, ...]) -> Floats:
+        """[n, X] values of features composed of others, divided by their scales."""
+        return self.space.values(designs, extra) / [self._composed(feature)[1] for feature in extra]
 
 
 def _priors(base: FeatureTable, prices: tuple[float, ...]) -> Floats | None:
