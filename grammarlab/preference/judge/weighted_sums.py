@@ -160,9 +160,10 @@ class _Waves:
         return cls(columns, prices, table, trials, same, centred / np.linalg.norm(centred))
 
     def grown(self) -> Iterator[_Wave]:
-        """The best sums of each size, of two columns or more, and those in which one of their columns is exchanged.
+        """The best sums of each size, of two columns or more, and those with one of their columns exchanged or left out.
 
-        They begin with one of the first columns. What was exchanged is offered, but does not grow.
+        They begin with one of the first columns, which may have led to the others without being needed beside them.
+        What was exchanged or left out is offered, but does not grow.
         """
         numbers = np.array([len(np.unique(column)) > COARSE_BINS for column in self.columns.T])
         roots = np.argsort(~numbers, kind="stable")[:_MAX_GROWING]
@@ -170,8 +171,9 @@ class _Waves:
         for _ in range(min(MAX_TERMS, len(self.prices)) - 1):
             waves = self._fitted(self._longer(waves))
             best = _best(waves)
-            shorter = [wave.without(index) for wave in best for index in range(len(wave.columns))]
-            yield from _best([*best, *self._fitted(self._longer(shorter))])
+            best = _best([*best, *self._fitted(self._longer(_shorter(best)))])
+            yield from best
+            yield from _best(self._fitted([wave for wave in _shorter(best) if len(wave.columns) > 1]))
 
     def _longer(self, waves: Sequence[_Wave]) -> list[_Wave]:
         """Different sums with one column more: the best few of those that begin with the same column."""
@@ -267,6 +269,11 @@ class _Waves:
 def _best(waves: Iterable[_Wave]) -> list[_Wave]:
     """The best sums of different columns."""
     return _different_sets(waves)[:SEVERAL]
+
+
+def _shorter(waves: Iterable[_Wave]) -> list[_Wave]:
+    """Different sums without one of their columns."""
+    return _different_sets(wave.without(index) for wave in waves for index in range(len(wave.columns)))
 
 
 def _different_sets(waves: Iterable[_Wave]) -> list[_Wave]:

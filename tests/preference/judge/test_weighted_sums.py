@@ -120,6 +120,16 @@ def test_weights_near_by_explain_no_less():
         assert amplitude(best, fitted.weights) >= amplitude(best, fitted.weights + np.array(step))
 
 
+@pytest.mark.parametrize("seed", [1, 7])
+def test_no_column_of_a_sum_is_needed_only_to_find_the_others(seed):
+    columns = draws(96, 10, seed)
+    waves = _Waves.of(columns, even(columns), 100.0 * (np.abs(columns[:, :3] @ [1.0, -1.0, 0.5] - 0.2) < 0.15))
+    best = {len(wave.columns): wave for wave in sorted(waves.grown(), key=lambda wave: -wave.loss)}
+    for size in range(3, MAX_TERMS + 1):
+        without = waves._fitted([best[size].without(index) for index in range(size)])
+        assert best[size - 1].loss <= min(wave.loss for wave in without) + 1e-9
+
+
 def test_prices_of_all_weights_of_some_columns_are_a_probability():
     prices, scales = np.full(3, np.log(3.0)), np.array([1.0, 0.3, 7.0])
     total = 0.0
