@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
+from grammarlab.arrays import ROUNDING, Flags, Floats, Ints, without_rounding
 from grammarlab.preference.base import FEW, SEVERAL
 from grammarlab.preference.growth.cuts import best_cuts
 from grammarlab.preference.growth.node_bins import node_bins
@@ -68,7 +68,8 @@ class WeightedSum(NamedTuple):
 
     def values(self, columns: Floats) -> Floats:
         """[n] the sum, for columns [n, F]."""
-        return columns[:, list(self.columns)] @ np.array(self.weights)
+        terms = columns[:, list(self.columns)] * np.array(self.weights)
+        return without_rounding(terms.sum(axis=1), np.abs(terms).max(axis=1))
 
 
 def weighted_sums(measures: Measures, evidence: LeafEvidence, explained: float) -> list[WeightedSum]:
@@ -160,10 +161,10 @@ class _Waves:
         return cls(columns, prices, table, trials, same, centred / np.linalg.norm(centred))
 
     def grown(self) -> Iterator[_Wave]:
-        """The best sums of each size, of two columns or more, and those with one of their columns exchanged or left out.
+        """The best sums of each size, of two columns or more, also with one of their columns exchanged or left out.
 
         They begin with one of the first columns, which may have led to the others without being needed beside them.
-        What was exchanged or left out is offered, but does not grow.
+        Sums with a column exchanged or left out are offered, but do not grow.
         """
         numbers = np.array([len(np.unique(column)) > COARSE_BINS for column in self.columns.T])
         roots = np.argsort(~numbers, kind="stable")[:_MAX_GROWING]
