@@ -62,11 +62,9 @@ def without_rounding(sums: Floats, sizes: Floats) -> Floats:
     if whole.all():
         return sums
     with np.errstate(all="ignore"):
-        decimals = np.clip(
-            np.nan_to_num(np.ceil(-np.log10(_ROUNDING_OF_SUM * sizes))), 1 - len(_POWERS), len(_POWERS) - 1
-        )
-        finer = _POWERS[np.maximum(decimals, 0.0).astype(np.int64)]
-        coarser = _POWERS[np.maximum(-decimals, 0.0).astype(np.int64)]
+        digits: Floats = np.ceil(-np.log10(_ROUNDING_OF_SUM * sizes))
+        decimals = np.clip(np.nan_to_num(digits), 1 - len(_POWERS), len(_POWERS) - 1).astype(np.int64)
+        finer, coarser = (_POWERS[np.maximum(power, 0)] for power in (decimals, -decimals))
         return np.where(whole, sums, np.rint(sums * finer / coarser) / finer * coarser)
 
 

@@ -125,7 +125,8 @@ def test_weights_near_by_explain_no_less():
 @pytest.mark.parametrize("seed", [1, 7])
 def test_no_column_of_a_sum_is_needed_only_to_find_the_others(seed):
     columns = draws(96, 10, seed)
-    waves = _Waves.of(columns, even(columns), 100.0 * (np.abs(columns[:, :3] @ [1.0, -1.0, 0.5] - 0.2) < 0.15))
+    inside = np.abs(columns[:, :3] @ [1.0, -1.0, 0.5] - 0.2) < 0.15
+    waves = _Waves.of(columns, even(columns), np.where(inside, 100.0, 0.0))
     best = {len(wave.columns): wave for wave in sorted(waves.grown(), key=lambda wave: -wave.loss)}
     for size in range(3, MAX_TERMS + 1):
         without = waves._fitted([best[size].without(index) for index in range(size)])
