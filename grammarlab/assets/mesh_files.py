@@ -20,7 +20,15 @@ from numpy.typing import NDArray
 
 from grammarlab.asset_roots import AssetRoot, Place, place_of, places
 from grammarlab.assets.image_paths import INSIDE, image_beside
-from grammarlab.assets.mesh_parts import MeshPart, Neighbours, PartMaterial, as_one_mesh, require_few_materials, welded
+from grammarlab.assets.mesh_parts import (
+    MeshPart,
+    Neighbours,
+    PartMaterial,
+    as_one_mesh,
+    require_few_materials,
+    welded,
+    without_flat_faces,
+)
 from grammarlab.assets.srgb import srgb_from_linear
 from grammarlab.errors import AssetError, MissingAssetError, UnreadableAssetError
 from grammarlab.files import read_bounded
@@ -216,7 +224,7 @@ def _parse(path: str, root: AssetRoot) -> _Parsed:
             f'the asset "{path}" is not a readable mesh; expected {expected}: export it as OBJ or GLB'
         )
     parts, neighbours = _read(file, path, root)
-    mesh = as_one_mesh(parts)
+    mesh = without_flat_faces(as_one_mesh(parts))
     if file.suffix.lower() != ".obj":
         mesh = welded(mesh)
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)

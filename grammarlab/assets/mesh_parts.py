@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from grammarlab.arrays import Floats, offsets_from_counts
 from grammarlab.errors import AssetError
 from grammarlab.geometry.meshes.corner_data import CornerData, join_data
-from grammarlab.geometry.meshes.measure import is_convex
+from grammarlab.geometry.meshes.measure import face_normals, is_convex
 from grammarlab.geometry.meshes.mesh import Meshes, Soup
 from grammarlab.geometry.meshes.ragged import next_in_row, sum_rows
 from grammarlab.geometry.meshes.triangulate import triangulate
@@ -255,3 +255,12 @@ def welded(mesh: Meshes) -> Meshes:
     if not differs.any():
         return mesh
     return faces.where(differs).meshes(shared.points, np.zeros(len(used), np.int64), 1)
+
+
+def without_flat_faces(mesh: Meshes) -> Meshes:
+    """One mesh without the faces whose corners lie on a line, as CityEngine reads it; the same if no others exist."""
+    has_area = face_normals(mesh).any(axis=1)
+    if has_area.all() or not has_area.any():
+        return mesh
+    faces = Soup.of_faces(mesh, np.flatnonzero(has_area))
+    return faces.meshes(mesh.points, np.zeros(len(mesh.points), np.int64), 1)

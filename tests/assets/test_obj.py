@@ -175,6 +175,16 @@ def test_an_asset_keeps_its_polygons_as_they_are(tmp_path):
     assert face_areas(asset.meshes.with_points(asset.meshes.points * asset.size)) == pytest.approx([13.0, 1.0, 0.5])
 
 
+def test_an_asset_has_no_faces_whose_corners_lie_on_a_line(tmp_path):
+    line = b"v 0 0 9\nv 0.3 0.1 9\nv 0.9 0.3 9\nv 0.6 0.2 9\nf -4 -3 -2 -1\nf -4 -3 -2\n"
+    (tmp_path / "door.obj").write_bytes(line + obj_text(NOTCHED, "{1}") + line)
+    (tmp_path / "line.obj").write_bytes(line)
+    door, alone = (load_asset(name, tmp_path) for name in ("door.obj", "line.obj"))
+    assert face_areas(door.meshes.with_points(door.meshes.points * door.size)) == pytest.approx([13.0])
+    assert door.size.tolist() == [5.0, 3.0, 0.0]
+    assert alone.meshes.num_faces == 2
+
+
 def test_the_second_half_of_a_quadrilateral_begins_with_its_third_corner():
     (part,) = read_obj(b"v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 1 2 0\nf 1 2 3 4\nf 4 3 5\n", lambda name: b"")
     assert part.triangles.tolist() == [[0, 1, 2], [2, 3, 0], [3, 2, 4]]

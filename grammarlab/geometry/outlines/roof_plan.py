@@ -9,7 +9,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats
 from grammarlab.geometry.outlines.patches import rings
-from grammarlab.geometry.outlines.straight_skeleton import Loop, Sweep, sweep
+from grammarlab.geometry.outlines.straight_skeleton import Loop, Sweep, merge, sweep
 
 AUTOMATIC = -1
 """Gable index for gables chosen by the shape of the polygon."""
@@ -37,7 +37,8 @@ class Plan:
     edges: tuple[tuple[int, int], ...]
     """The nodes at both ends of every edge, in the polygon's order, without the bridges of keyholes."""
     faces: tuple[tuple[Loop, ...], ...]
-    """Roof over each edge; for a gable its vertical wall, which has no area in the plan."""
+    """Roof over each edge; for a gable its vertical wall, which has no area in the plan. Empty if the roof of an
+    earlier edge on the same line goes on over this one."""
     gables: frozenset[int]
     """Numbers of the edges that are gables."""
     bottom: Loop
@@ -55,7 +56,9 @@ class Plan:
 def hip_plan(xy: Floats, even: bool) -> Plan | None:
     """Straight skeleton of a polygon [n, 2]; None if it has no area or its edges cross."""
     plan = _plan(xy, frozenset())
-    return _with_level_ridges(plan) if plan and even else plan
+    if plan is None:
+        return None
+    return _with_whole_slopes(_with_level_ridges(plan) if even else plan)
 
 
 def gable_plan(xy: Floats, index: int, even: bool) -> Plan | None:
@@ -80,8 +83,8 @@ def gable_plan(xy: Floats, index: int, even: bool) -> Plan | None:
     gables = frozenset(edge for run in chosen for edge in runs[run])
     gabled = _plan(xy, gables) if gables else plan
     if gabled is None or any(not gabled.faces[edge] for edge in gables):
-        return plan
-    return _with_level_ridges(gabled) if even and index == AUTOMATIC else gabled
+        return _with_whole_slopes(plan)
+    return _with_whole_slopes(_with_level_ridges(gabled) if even and index == AUTOMATIC else gabled)
 
 
 def _plan(xy: Floats, gables: frozenset[int]) -> Plan | None:
@@ -226,3 +229,38 @@ def _with_level_ridges(plan: Plan) -> Plan:
     groups = np.array(level)
     totals, sizes = np.bincount(groups, plan.time), np.bincount(groups)
     return replace(plan, time=totals[groups] / sizes[groups])
+
+
+def _with_whole_slopes(plan: Plan) -> Plan:
+    """The plan with one slope over edges on one line whose slopes meet above a wing between them: at the first edge."""
+    along = _directions(plan)
+    slack = _STRAIGHT * float(np.ptp(plan.xy, axis=0).max())
+    roof_of = {
+        arc: edge
+        for edge, loops in enumerate(plan.faces)
+        if edge not in plan.gables
+        for loop in loops
+        for arc in zip(loop, loop[1:] + loop[:1], strict=True)
+    }
+    faces = list(plan.faces)
+    first = list(range(len(faces)))
+    for (a, b), edge in roof_of.items():
+        other = roof_of.get((b, a), edge)
+        if edge >= other or set(plan.edges[edge]) & set(plan.edges[other]):
+            continue
+        apart = plan.xy[plan.edges[other][0]] - plan.xy[plan.edges[edge][0]]
+        is_one_line = along[edge] @ along[other] > 0.0 and abs(_turn(along[edge], along[other])) < _STRAIGHT
+        low, high = sorted((first[edge], first[other]))
+        if low == high or not is_one_line or abs(_turn(along[edge], apart)) > slack:
+            continue
+        whole = merge([*faces[low], *faces[high]])
+        if len(whole) == 1:
+            faces[low], faces[high] = (_begun_at(whole[0], plan.edges[low]),), ()
+            first = [low if group == high else group for group in first]
+    return replace(plan, faces=tuple(faces))
+
+
+def _begun_at(loop: Loop, edge: tuple[int, int]) -> Loop:
+    """A loop that begins with an edge."""
+    start = loop.index(edge[0])
+    return loop[start:] + loop[:start]

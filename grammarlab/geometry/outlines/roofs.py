@@ -1,9 +1,10 @@
 """CGA's roofs over the faces of meshes: ``roofHip``, ``roofGable``, ``roofPyramid``, ``roofShed``, ``roofRidge``.
 
-Every face becomes a roof, closed if it has no overhang: the face itself turned over from its first edge on, then
-its slopes and vertical sides in the order of its edges, each beginning with its edge (for sheds and ridges first the
-slopes, then the sides). Overhangs have neither thickness nor underside, as in CityEngine. All faces look outwards. A
-roof of height 0 is a closed sheet. A face without area, or with crossing edges, does not change.
+Every face becomes a roof, closed if it has no overhang: the face itself turned over from its first edge on, then its
+slopes and vertical sides in the order of its edges, each beginning with its edge (for sheds and ridges first the
+slopes, then the sides). Slopes over edges on one line that meet above a wing between them are one. Overhangs have
+neither thickness nor underside, as in CityEngine. All faces look outwards. A roof of height 0 is a closed sheet. A
+face without area, or with crossing edges, does not change.
 
 Angles are in degrees between slope and face, limited to 0..89.9 (sheds: -89.9..89.9); heights are those of
 the highest point over the face, in metres, negative ones count as 0 (except for sheds).

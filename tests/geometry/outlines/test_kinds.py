@@ -107,13 +107,50 @@ def test_degenerate_faces_give_finite_roofs(form, ring):
 def test_hip_slopes_have_the_angle_and_begin_with_their_edges(ring, angle):
     lot = lots([ring])
     roof = roof_hip(lot, angle)
-    assert roof.num_faces == len(ring) + 1
     heights = measure.face_normals(roof)[1:, 1]
-    assert np.degrees(np.arccos(heights)) == pytest.approx(np.full(len(ring), angle), abs=1e-3)
-    for edge in range(len(ring)):
-        expected = [lot.points[edge].tolist(), lot.points[(edge + 1) % len(ring)].tolist()]
-        assert face_points(roof, edge + 1)[:2].tolist() == expected
+    assert np.degrees(np.arccos(heights)) == pytest.approx(np.full(len(heights), angle), abs=1e-3)
+    corners = lot.points.tolist()
+    edge_of = {(*corners[edge], *corners[(edge + 1) % len(ring)]): edge for edge in range(len(ring))}
+    slopes = []
+    for face in range(1, roof.num_faces):
+        points = face_points(roof, face).tolist()
+        pairs = [(*a, *b) for a, b in zip(points, points[1:] + points[:1], strict=True)]
+        slopes.append([edge_of[pair] for pair in pairs if pair in edge_of])
+        assert pairs[0] in edge_of
+    assert sorted(edge for slope in slopes for edge in slope) == list(range(len(ring)))
+    assert [slope[0] for slope in slopes] == sorted(min(slope) for slope in slopes)
+    for first, *others in slopes:
+        away = ring[others] - ring[first]
+        along = ring[(first + 1) % len(ring)] - ring[first]
+        assert np.allclose(away[:, 0] * along[1], away[:, 1] * along[0], atol=1e-3)
     assert face_points(roof, 0)[:2].tolist() == lot.points[[1, 0]].tolist()
+
+
+# Square metres of the slopes of roofs of 5 m that another CGA runtime has measured, in its order.
+WINGS = {
+    "one wing": (
+        [(0, 0), (0, 10), (10, 10), (10, 24), (19, 24), (19, 10), (33, 10), (33, 0)],
+        [35.355, 169.352, 89.095, 28.638, 89.095, 35.355, 197.990],
+    ),
+    "a wing that rises above the ridge": (
+        [(0, 0), (0, 10), (10, 10), (10, 24), (24, 24), (24, 10), (33, 10), (33, 0)],
+        [30.723, 61.445, 115.517, 60.216, 115.517, 55.301, 30.723, 176.962],
+    ),
+    "two wings": (
+        [(0, 0), (0, 8), (8, 8), (8, 20), (14, 20), (14, 8), (20, 8), (20, 20), (26, 20), (26, 8), (36, 8), (36, 0)],
+        [25.612, 176.086, 57.628, 14.407, 57.628, 57.628, 14.407, 57.628, 25.612, 204.900],
+    ),
+    "a small and a large wing": (
+        [(0, 0), (0, 8), (8, 8), (8, 20), (14, 20), (14, 8), (20, 8), (20, 26), (32, 26), (32, 8), (40, 8), (40, 0)],
+        [20.827, 92.421, 46.861, 11.715, 46.861, 135.378, 46.861, 135.378, 41.655, 20.827, 192.653],
+    ),
+}
+
+
+@pytest.mark.parametrize(("corners", "areas"), WINGS.values(), ids=WINGS)
+def test_slopes_on_one_line_that_meet_above_a_wing_are_one(corners, areas):
+    roof = roof_hip(lots([np.array(corners, float)[:, ::-1]]), 5.0, by="height")
+    assert measure.face_areas(roof)[1:] == pytest.approx(areas, abs=0.001)
 
 
 @QUICK
