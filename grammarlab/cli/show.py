@@ -229,22 +229,39 @@ def _attribute_rows(attributes: Iterable[Attribute]) -> list[dict[str, Any]]:
 
 
 def _attribute_table(rows: list[dict[str, Any]]) -> Table:
-    from rich.table import Table
-
-    table = Table(title="Attributes", title_justify="left", expand=True)
+    table = _table("Attributes")
     _add_names(table, "Attribute", (row["attribute"] for row in rows))
     for heading in ("Value", "Range", "Group", "Description"):
-        table.add_column(heading, overflow="fold", ratio=2 if heading == "Description" else 1)
+        _add_words(table, heading, (row[heading.lower()] for row in rows), ratio=2 if heading == "Description" else 1)
     table.add_column("Line", justify="right")
     for row in rows:
         _add_row(table, row.values())
     return table
 
 
+def _table(title: str) -> Table:
+    """Table without lines between its columns, which leave names more room."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    return Table(title=title, title_justify="left", expand=True, box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
+
+
 def _add_names(table: Table, heading: str, names: Iterable[str]) -> None:
     """Add a column whose names are whole up to `_WIDEST` letters, in terminals of 80 as in wider ones."""
-    widest = max(map(len, names), default=0)
-    table.add_column(heading, overflow="fold", width=max(min(widest, _WIDEST), len(heading)))
+    table.add_column(heading, overflow="fold", width=_width(heading, names))
+
+
+def _add_words(table: Table, heading: str, cells: Iterable[str], ratio: int = 1) -> None:
+    """Add a column that shares the free room of a line; words of up to `_WIDEST` letters are whole in it."""
+    # With a ratio, the width is the least one.
+    width = _width(heading, (word for cell in cells for word in cell.split()))
+    table.add_column(heading, overflow="fold", width=width, ratio=ratio)
+
+
+def _width(heading: str, texts: Iterable[str]) -> int:
+    """Width of a column in which the heading and texts up to `_WIDEST` letters are not broken."""
+    return max(min(max(map(len, texts), default=0), _WIDEST), len(heading))
 
 
 def _add_row(table: Table, cells: Iterable[object]) -> None:
@@ -274,19 +291,18 @@ def _rule_rows(rules: Iterable[Rule], symbols: RuleGraph) -> list[dict[str, Any]
 
 
 def _rule_table(rows: list[dict[str, Any]]) -> Table:
-    from rich.table import Table
-
-    table = Table(title="Rules", title_justify="left", expand=True)
+    table = _table("Rules")
     start = ["@StartRule " if row["start"] else "" for row in rows]
     _add_names(table, "Rule", (mark + row["rule"] for mark, row in zip(start, rows, strict=True)))
     table.add_column("Branches", justify="right")
-    for heading in ("Probabilities", "Leads to"):
-        table.add_column(heading, overflow="fold", ratio=1, min_width=len(heading))
+    successors = [", ".join(row["leads to"]) for row in rows]
+    _add_words(table, "Probabilities", (row["probabilities"] for row in rows))
+    _add_words(table, "Leads to", successors)
     table.add_column("Line", justify="right")
-    for mark, row in zip(start, rows, strict=True):
-        parameters = f"({', '.join(row['parameters'])})" if row["parameters"] else ""
-        name, successors = mark + row["rule"] + parameters, ", ".join(row["leads to"])
-        _add_row(table, (name, row["branches"], row["probabilities"], successors, row["line"]))
+    for mark, row, names in zip(start, rows, successors, strict=True):
+        # A blank where the line may end, if the parameters do not fit beside the name.
+        parameters = f" ({', '.join(row['parameters'])})" if row["parameters"] else ""
+        _add_row(table, (mark + row["rule"] + parameters, row["branches"], row["probabilities"], names, row["line"]))
     return table
 
 

@@ -4,6 +4,7 @@ import json
 import os
 import re
 import stat
+from collections import Counter
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -138,8 +139,21 @@ def test_names_are_whole_in_80_columns_and_rules_come_first(run, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     text = run("show", "building").stdout
     assert max(map(len, text.splitlines())) <= 80
-    assert "rectangleDepth" in text
+    values = json.loads(run("show", "building", "--json").stdout)
+    names = [name for row in values["rules"] for name in (row["rule"], *row["leads to"])]
+    names += [row["attribute"] for row in values["attributes"]]
+    assert Counter(name.strip(".") for name in names) <= Counter(re.findall(r"\w+", text))
     assert text.index("Rules") < text.index("Attributes")
+
+
+def test_a_model_with_many_draws_is_shown_in_80_columns(run):
+    arguments = ("show", "building", "--model", 3, "--seed", 1)
+    lines = run(*arguments).stdout.splitlines()
+    # Deep in a tree a symbol and what is first said about it may take more.
+    assert max(map(len, lines[:20])) <= 80
+    values = json.loads(run(*arguments, "--json").stdout)["nodes"][0]["draws"]
+    text = " ".join(lines)
+    assert all(f"  {draw['site']} = {draw['value']:.6g}" in text for draw in values if draw["kind"] == "uniform")
 
 
 def test_the_sheet_has_a_picture_of_each_file(tmp_path):

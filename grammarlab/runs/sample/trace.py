@@ -27,6 +27,8 @@ from grammarlab.runs.sample.shipped import find_rules
 
 MAX_FORMS = 3
 """Shapes of one successor that are listed where they differ in what became of them."""
+LINE_WIDTH = 80
+"""Letters of a line of a tree, behind which all but the first draw go to further lines: as wide as a terminal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,7 +177,10 @@ def as_lines(trace: DerivationTrace, everything: bool = False) -> Iterator[str]:
         yield f"places after line {trace.own_lines} are those of imported rules, as they follow the rule file's own"
     yield "   made at   rule at  symbol"
     for row in tree_rows(trace, everything):
-        yield _line(row) if row.symbol else f"{'':21}{'  ' * row.depth}{row.note}; --all lists them"
+        if row.symbol:
+            yield from _lines(row)
+        else:
+            yield f"{'':21}{'  ' * row.depth}{row.note}; --all lists them"
 
 
 def tree_rows(
@@ -259,12 +264,20 @@ def _row(trace: DerivationTrace, nodes: tuple[int, ...], depth: int, note: str) 
     )
 
 
-def _line(row: TreeRow) -> str:
+def _lines(row: TreeRow) -> Iterator[str]:
+    """A line of a tree, and further ones below the symbol for draws that have no room in it."""
     made_at, rule = (
         f"{location.line}:{location.column}" if location else "-" for location in (row.made_at, row.rule_at)
     )
-    start = f"{made_at:>10}{rule:>10} "
-    return "  ".join([start, "  " * row.depth + row.symbol + row.note, *row.details]).rstrip()
+    line = f"{made_at:>10}{rule:>10}   {'  ' * row.depth}{row.symbol}{row.note}"
+    below = " " * (23 + 2 * row.depth + 2)
+    for position, detail in enumerate(row.details):
+        if position and len(f"{line}  {detail}") > LINE_WIDTH:
+            yield line
+            line = below + detail
+        else:
+            line += f"  {detail}"
+    yield line
 
 
 def _drawn(site: Site, value: float) -> str:
