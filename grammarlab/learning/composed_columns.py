@@ -10,7 +10,6 @@ from functools import partial, reduce
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
@@ -46,9 +45,7 @@ def composed_columns(
     new = np.flatnonzero(~_same(columns, known))
     flags, of_flags = _flags(known, table.features)
     measures, of_measures = _measures(known, table.features, candidates)
-    # Small matrices take longer with several threads.
-    with threadpool_limits(1, "blas"):
-        verdict = judged(_varying(known), columns[:, new], prices[new], flags, measures, scores)
+    verdict = judged(_varying(known), columns[:, new], prices[new], flags, measures, scores)
     found = [makers[new[index]]() for index in verdict.accepted]
     found += [_formula(vote, of_flags) for vote in verdict.votes]
     found += [_weighed(some.columns, some.weights, of_measures) for some in verdict.sums]
@@ -62,10 +59,11 @@ def _varying(columns: Floats) -> Floats:
 
 def _same(columns: Floats, others: Floats) -> Flags:
     """[C] whether a column orders the designs as one of the others does, or in reverse."""
-    columns, others = _rising(columns), _rising(others)
+    directions, of_others = _directions(columns), _directions(others)
     # Most columns rise or fall otherwise between some designs, which is seen without sorting them.
-    same = _alike(_directions(columns), _directions(others))
-    same[same] = _alike(ranks_of(columns[:, same]), ranks_of(others))
+    same = _alike(_rising(directions), _rising(of_others))
+    ranks = ranks_of(columns[:, same] * _signs(directions[same])), ranks_of(others * _signs(of_others))
+    same[same] = _alike(*ranks)
     return same
 
 
@@ -75,16 +73,21 @@ def _alike(rows: NDArray[np.integer], others: NDArray[np.integer]) -> Flags:
     return np.array([row.tobytes() in known for row in rows], dtype=bool)
 
 
-def _rising(columns: Floats) -> Floats:
-    """The columns, negated where the first step from one design to the next is a fall."""
-    steps = np.diff(columns, axis=0, append=columns[-1:])
-    first = np.take_along_axis(steps, (steps != 0.0).argmax(axis=0)[None], axis=0)
-    return np.where(first < 0.0, -columns, columns)
-
-
 def _directions(columns: Floats) -> NDArray[np.int8]:
     """[C, n-1] -1, 0 or 1 as each column falls, stays or rises from one design to the next."""
     return np.ascontiguousarray(np.sign(np.diff(columns, axis=0)).T.astype(np.int8))
+
+
+def _signs(directions: NDArray[np.int8]) -> NDArray[np.int8]:
+    """[C] -1 where the first step that is not level is a fall, otherwise 1."""
+    first = (directions != 0).argmax(axis=1) if directions.shape[1] else np.zeros(len(directions), dtype=np.int64)
+    steps = np.pad(directions, ((0, 0), (0, 1)))[np.arange(len(directions)), first]
+    return np.where(steps < 0, -1, 1).astype(np.int8)
+
+
+def _rising(directions: NDArray[np.int8]) -> NDArray[np.int8]:
+    """[C, n-1] the directions, those of columns that begin with a fall in reverse."""
+    return directions * _signs(directions)[:, None]
 
 
 def _flags(known: Floats, features: Sequence[Feature]) -> tuple[Floats, list[Atom | Formula]]:

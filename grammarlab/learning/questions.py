@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.designs.addresses import Address
@@ -65,7 +66,8 @@ def ask(
         weights=tables.pool_designs.weights,
         asked=asked[(asked >= 0) & (asked < len(rows))],
     )
-    chosen = propose(way, situation, num, seed)
+    with threadpool_limits(1, "blas"):  # as in `step`
+        chosen = propose(way, situation, num, seed)
     names = (*tables.addresses, *columns.elsewhere)
     return tuple(names[index] for index in chosen.tolist())
 
@@ -102,7 +104,8 @@ def ask_pairs(
         preference=state.preferences.get(factor),
         weights=np.append(tables.pool_designs.weights, np.zeros(outside)),
     )
-    chosen = propose_pairs(situation, np.array(compared, dtype=np.int64).reshape(-1, 2), num, seed)
+    with threadpool_limits(1, "blas"):
+        chosen = propose_pairs(situation, np.array(compared, dtype=np.int64).reshape(-1, 2), num, seed)
     names = (*tables.addresses, *columns.elsewhere)
     return tuple((names[first], names[second]) for first, second in chosen.tolist())
 

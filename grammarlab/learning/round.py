@@ -20,6 +20,7 @@ from functools import partial
 from typing import Any, Generic
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Feature
@@ -148,7 +149,13 @@ def step(
     Returns:
         The new state; it is the same for answers at once or in many steps, as long as liked designs are not rare.
     """
-    updated = answered(state, answers)
+    # Small matrices take longer with several threads, which wait for one another where others work, too.
+    with threadpool_limits(1, "blas"):
+        return _stepped(study, state, answered(state, answers), report, widens)
+
+
+def _stepped(study: Study[Designs], state: State, updated: State, report: Report, widens: bool) -> State:
+    """`step` with all answers in `updated`."""
     widens = widens and study.settings.widens
     # Scores that are rare without noise are rare with it, and need no second test.
     wide = updated.wide or (

@@ -100,6 +100,22 @@ def formula_words(formula: Formula, names: Mapping[Feature, str]) -> str:
     return words[-1].text
 
 
+def neighbour_words(feature: Feature, names: Mapping[Feature, str]) -> str:
+    """Neighbours below a node of any symbol, in words; empty for anything else.
+
+    >>> from grammarlab.features.expression import Expression
+    >>> names = {Pattern(symbol, branch=(0,)): f"{symbol} → old" for symbol in ("Roof", "Wall")}
+    >>> neighbour_words(Expression.parse("{*[Roof:0 + Wall:0]}").formula.features[0], names)
+    'Roof = old beside Wall = old'
+    """
+    match feature:
+        case Pattern(symbol=None, branch=None, below=(Below(run=(_, _, *_) as run, child=None, deep=False),)):
+            words = [names.get(node, "").replace(" → ", " = ") for node in run]
+            return " beside ".join(words) if all(words) else ""
+        case _:
+            return ""
+
+
 def unit_of(feature: Feature, of_draw: Callable[[str], str]) -> str:
     """Unit of a feature, such as ``m²`` of a product of lengths; empty for plain numbers and unknown units.
 
