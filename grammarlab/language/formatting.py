@@ -1,8 +1,8 @@
 """Canonical style of rule files.
 
 A definition is on one line if it fits and has no comment inside; otherwise every branch and every part
-gets its own line, and operations fill lines. Comments go before the next operation, part, branch or definition, or to
-the end of the line if they were at the end of a line. Formatting is idempotent.
+gets its own line, and operations fill lines. Comments go before the next operation, part, branch, end of a group or
+definition, or to the end of the line if they were at the end of a line. Formatting is idempotent.
 """
 
 from __future__ import annotations
@@ -65,6 +65,7 @@ class _Formatter:
         self.source = text.splitlines()
         self.comments = deque(words.comments)
         self.version = _version_location(words.tokens)
+        self.brackets = _Brackets(words.tokens)
         self.lines: list[str] = []
         self.sealed = -1
         """Index of the last line that a comment was added to."""
@@ -137,7 +138,21 @@ class _Formatter:
         """Whether a comment is before the last place for comments inside a node."""
         if not self.comments:
             return False
-        return any(self._has_comment(location) for location in _anchors(node))
+        return any(self._has_comment(location) for location in self._anchors(node))
+
+    def _anchors(self, node: Node) -> list[Location]:
+        """Places for comments inside a node."""
+        locations: list[Location] = []
+        for inner in walk(node):
+            if isinstance(inner, Case | Stochastic):
+                heads = inner.conditions if isinstance(inner, Case) else inner.percentages
+                pairs = zip(heads, inner.branches, strict=True)
+                locations += [branch.location if head is None else head.location for head, branch in pairs]
+            elif isinstance(inner, Invoke | Block | Scoped | Scatter | Inline | Part):
+                locations.append(inner.location)
+            if isinstance(inner, Block | Scoped | Scatter | Inline):
+                locations += [self.brackets.end(opening) for opening in self.brackets.of_item(inner)]
+        return locations
 
     def _blank_before(self, location: Location) -> bool:
         return 1 < location.line <= len(self.source) and not self.source[location.line - 2].strip()
@@ -247,35 +262,119 @@ class _Formatter:
 
     def _broken(self, item: Item, indent: str) -> str:
         """Write the content of an item on separate lines; returns its last line, which may continue."""
+        openings = self.brackets.of_item(item)
+        opening = openings[0] if openings else None
         match item:
             case Block():
-                last = self._group(item.group, indent)
+                last = self._group(item.group, indent, opening)
                 if item.remainder is None:
                     return last
                 self.lines.append(f"{last} {{")
-                return self._group(item.remainder, indent)
+                return self._group(item.remainder, indent, openings[1] if len(openings) > 1 else None)
             case Scoped() | Scatter() | Inline():
                 self._choice(item.body, indent + _STEP, rule=True)
                 if isinstance(item, Inline) and item.second is not None:
+                    for bar in self.brackets.bars(opening)[:1]:
+                        self._inner(bar, indent + _STEP)
                     self.lines.append(f"{indent}|")
                     self._choice(item.second, indent + _STEP, rule=True)
+                self._before_end(opening, indent + _STEP)
                 return indent + ("]" if isinstance(item, Scoped) else "}" if _braced(item) else "").rstrip()
         return ""
 
-    def _group(self, group: Group, indent: str) -> str:
+    def _group(self, group: Group, indent: str, opening: int | None) -> str:
         for index, member in enumerate(group.parts):
             self._inner(member.location, indent + _STEP)
             lead = indent + ("  | " if index else _STEP)
             flat = lead + printing.member(member)
-            if not self._commented(member) and len(flat) <= WIDTH:
+            inner = self.brackets.of_member(opening, index) if isinstance(member, Group) else None
+            ends = inner is not None and self._has_comment(self.brackets.end(inner))
+            if not ends and not self._commented(member) and len(flat) <= WIDTH:
                 self.lines.append(flat)
             elif isinstance(member, Group):
                 self.lines.append(lead + "{")
-                self.lines.append(self._group(member, indent + _STEP))
+                self.lines.append(self._group(member, indent + _STEP, inner))
             else:
                 self.lines.append(lead + printing.part_head(member))
                 self._choice(member.body, indent + _STEP + _STEP, rule=True)
+        self._before_end(opening, indent + _STEP)
         return indent + ("}*" if group.repeated else "}")
+
+    def _before_end(self, opening: int | None, indent: str) -> None:
+        """Write the comments before a closing bracket."""
+        if opening is not None:
+            self._inner(self.brackets.end(opening), indent)
+
+
+class _Brackets:
+    """Brackets of a rule file, by the numbers of their opening tokens; none in a file without text."""
+
+    def __init__(self, tokens: tuple[Token, ...]) -> None:
+        self._tokens = tokens
+        self._number = {(token.location.line, token.location.column): number for number, token in enumerate(tokens)}
+        self._closing: dict[int, int] = {}
+        self._bars: dict[int, list[int]] = {}
+        self._around: list[int] = []
+        """Number of the innermost bracket around each token, or of the bracket that it closes; -1 without one."""
+        opened: list[int] = []
+        for number, token in enumerate(tokens):
+            self._around.append(opened[-1] if opened else -1)
+            if token.type in _OPENING:
+                opened.append(number)
+                self._bars[number] = []
+            elif token.type in _CLOSING and opened:
+                self._closing[opened.pop()] = number
+            elif token.type == "_BAR" and opened:
+                self._bars[opened[-1]].append(number)
+
+    def end(self, opening: int) -> Location:
+        """Place of the closing bracket."""
+        return self._tokens[self._closing[opening]].location
+
+    def bars(self, opening: int | None) -> list[Location]:
+        """Places of the bars that divide what a bracket contains."""
+        return [] if opening is None else [self._tokens[number].location for number in self._bars[opening]]
+
+    def of_item(self, item: Item) -> list[int]:
+        """The brackets of an item in the order of the text: two for a block with a remainder, else at most one."""
+        number = self._number.get((item.location.line, item.location.column))
+        if number is None:
+            return []
+        if isinstance(item, Scoped):
+            # A scope is at the place of its first operation.
+            around = self._around[number]
+            for _ in range(_scopes_at_start(item.body)):
+                around = self._around[around]
+            return [around] if around in self._closing else []
+        brackets: list[int] = []
+        number += 1
+        while number in self._closing and self._tokens[number].type != "_LBRACKET":
+            if self._tokens[number].type == "_LBRACE":
+                brackets.append(number)
+            number = self._closing[number] + 1
+            if number < len(self._tokens) and self._tokens[number].value == "*":
+                number += 1
+        count = 2 if isinstance(item, Block) and item.remainder is not None else 1
+        return brackets[:count] if isinstance(item, Block | Scatter | Inline) else []
+
+    def of_member(self, opening: int | None, index: int) -> int | None:
+        """The bracket of a group that is a member of a group."""
+        if opening is None:
+            return None
+        start = ([opening, *self._bars[opening]])[index] + 1
+        return start if start in self._closing else None
+
+
+_OPENING = frozenset(["_LPAR", "_LBRACE", "_LBRACKET"])
+_CLOSING = frozenset(["RPAR", "CLOSE", "RBRACKET"])
+
+
+def _scopes_at_start(body: Choice) -> int:
+    """Number of scopes in brackets that begin where a body begins."""
+    count = 0
+    while isinstance(body, Sequence) and body.items and isinstance(body.items[0], Scoped):
+        body, count = body.items[0].body, count + 1
+    return count
 
 
 def _head(item: Item) -> str:
@@ -290,19 +389,6 @@ def _head(item: Item) -> str:
 
 def _braced(item: Item) -> bool:
     return not isinstance(item, Inline) or printing.needs_braces(item)
-
-
-def _anchors(node: Node) -> list[Location]:
-    """Places for comments inside a node."""
-    locations: list[Location] = []
-    for inner in walk(node):
-        if isinstance(inner, Case | Stochastic):
-            heads = inner.conditions if isinstance(inner, Case) else inner.percentages
-            pairs = zip(heads, inner.branches, strict=True)
-            locations += [branch.location if head is None else head.location for head, branch in pairs]
-        elif isinstance(inner, Invoke | Block | Scoped | Scatter | Inline | Part):
-            locations.append(inner.location)
-    return locations
 
 
 def _first_location(definition: Definition) -> Location:

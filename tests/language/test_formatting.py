@@ -50,6 +50,26 @@ Roof --> case h > 3 : // high
            A
          // low
          else : B
+Annexe -->
+    union { // of two
+        A // the first
+        // no bar yet
+      | [ B /* inner */ ] // the second
+        // still inside
+    }
+    split(x) { { 1 : A // one
+                 // repeated
+               }* | 2 : [ [ t(1, 0, 0) A ]
+                          // scoped
+                        ]
+      // all parts
+    }
+    splitAndSetbackPerimeter(0, 0, 0) { ~3 : 2 : A
+        // lots
+      }* { remainder : B
+        // court
+      }
+    scatter(surface, 3, uniform) { A /* scattered */ }
 // the end
 """
 
@@ -129,6 +149,9 @@ def test_comments_stay_by_what_they_are_about():
     assert "attr h = 1 + 2 * 3  // trailing" in lines
     assert lines[:3] == ["# head", "", 'version "2023.0"  // the version']
     assert lines[-1] == "// the end"
+    assert lines[lines.index("        // no bar yet") + 1] == "    |"
+    assert lines[lines.index("        // still inside") + 1].startswith("    }")
+    assert lines[lines.index("            // repeated") + 1] == "        }*"
 
 
 @bulk(60, phases=PHASES)
@@ -147,7 +170,16 @@ def test_comments_anywhere_are_kept_and_formatting_settles_at_once(insertions):
     again = Grammar.parse(formatted)
     assert again.tree == grammar.tree
     assert _comments(formatted) == _comments(text)
+    assert _ended_groups(formatted) == _ended_groups(text)
     assert format_grammar(again) == formatted
+
+
+def _ended_groups(text):
+    """The number of groups and scopes that end before each comment."""
+    words = tokenize(text)
+    ends = [(token.location.line, token.location.column) for token in words.tokens if token.value in ("}", "]")]
+    places = [(comment.location.line, comment.location.column) for comment in words.comments]
+    return [sum(end < place for end in ends) for place in places]
 
 
 def _insert_between_tokens(text, position, comment):
