@@ -56,13 +56,17 @@ export function makeResults(page) {
     const told = `${file}: ${before} branches of rules became ${after}.`;
     const link = saveLink(file, [text], "text/plain");
     outcome.replaceChildren(element("p", {}, told), ...hints(result.notes), link);
+    reveal(outcome);
     link.click();
   }
 
   async function drawSheet() {
     const { result, buffers } = await page.channel.request("sheet", { num: SHEET });
     const link = saveLink(result.file, buffers, "image/png");
-    outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned ${learns}` }), link);
+    const picture = element("img", { src: link.href, alt: `${SHEET} samples of the learned ${learns}` });
+    // Its height is known once it is there.
+    picture.addEventListener("load", () => reveal(outcome));
+    outcome.replaceChildren(picture, link);
   }
 
   /** @param {() => void} close */
@@ -108,6 +112,7 @@ export function makeResults(page) {
   /** @param {HTMLButtonElement} button @param {() => Promise<void>} work */
   async function busyWith(button, work) {
     if (!isBusy()) busy.progress({ stage: "starting", done: 0, total: 0 });
+    reveal(busy.element);
     button.disabled = true;
     button.classList.add("gl-working");
     try {
@@ -122,6 +127,8 @@ export function makeResults(page) {
   }
 
   /** Whether this window waits for a grammar or a sheet; their bar is one. */
+  /** Below the buttons there is often no room left. @param {HTMLElement} part */
+  const reveal = (part) => part.scrollIntoView({ block: "center" });
   const isBusy = () => learn.disabled || sheet.disabled;
 
   /** @type {string[]} */

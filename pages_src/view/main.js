@@ -8,6 +8,7 @@ import { makePane } from "./pane.js";
 const KEYS = [
   ["N, B", "next model, previous model"],
   ["T", "turn the models, or stop"],
+  ["M", "mark the model as a good example, or not; with two runs, that of the model in use or the first"],
   ["Arrows with Shift, + −", "on a model: turn it, zoom"],
   ["Home", "see the whole models"],
   ["Arrows", "in the tree: up and down, open and close; the shapes of a row's symbol turn green"],
@@ -125,7 +126,7 @@ function build(runs) {
   addEventListener("keydown", (event) => {
     const on = event.target;
     if (event.altKey || event.ctrlKey || event.metaKey) return;
-    if (on instanceof HTMLElement && on.closest("select, dialog[open]")) return;
+    if (on instanceof HTMLElement && on.closest("select, input.gl-input, dialog[open]")) return;
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
     const movement = MOVES[`${event.shiftKey && key.startsWith("Arrow") ? "Shift " : ""}${key}`];
     const held = panes.find(({ canvas }) => canvas === on);
@@ -135,6 +136,7 @@ function build(runs) {
     } else if (key === "n") void go(place + 1);
     else if (key === "b") void go(place - 1);
     else if (key === "t") setTurning(!turning);
+    else if (key === "m") (held ?? panes[0]).toggleExample();
     else if (key === "Home") reset();
     else if (key === "?") help.open();
     else return;

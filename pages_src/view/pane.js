@@ -1,6 +1,7 @@
 import { element } from "../shared/element.js";
 import { show } from "../viewer/viewer.js";
 import { makeTree } from "../shared/tree.js";
+import { makeExamples } from "./examples.js";
 
 /** @typedef {import("./types.js").Run} Run */
 /** @typedef {import("./types.js").Model} Model */
@@ -21,6 +22,7 @@ export function makePane(run, { damping, moved, complain }) {
   const tree = makeTree(([, symbol]) => mark(symbol));
   const title = element("h2", { class: "vi-title" });
   const facts = element("dl", { class: "vi-facts" });
+  const examples = makeExamples(run);
   /** @type {ReturnType<typeof show> | null} */
   let view = null;
   new ResizeObserver(() => view?.resize()).observe(canvas);
@@ -45,17 +47,20 @@ export function makePane(run, { damping, moved, complain }) {
       element("h2", {}, run.name),
       run.leftOut ? element("p", { class: "gl-hint" }, leftOut(run)) : null,
       facts,
+      examples.element,
       tree.element,
     ),
     canvas,
     /** @param {number} index */
     has: (index) => run.models.some((model) => model.index === index),
     view: () => view,
+    toggleExample: examples.toggle,
     /** @param {number} index of a model */
     async show(index) {
       const model = run.models.find((one) => one.index === index);
       title.textContent = model ? `${run.name}: model ${index}` : `${run.name}: model ${index} is not in this page`;
       facts.replaceChildren(...(model ? factsOf(model) : []));
+      examples.show(model ? index : null);
       tree.show(model?.tree ?? []);
       picked.textContent = "";
       if (!model) return view?.clear();

@@ -57,8 +57,22 @@ def test_two_runs_are_walked_with_mouse_and_keys(windows: Any, runs: list[Path],
     box = first.bounding_box()
     page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
     expect(tree.locator("[aria-selected=true]")).to_contain_text("Roof")
+    # Examples are marked by key and by mouse, each run has its own.
+    first.focus()
+    page.keyboard.press("m")
     page.keyboard.press("n")
     expect(second).to_have_attribute("data-shown", "1")
+    mark, options = (
+        page.get_by_role("checkbox", name="a good example"),
+        page.get_by_label("Options of grammarlab learn for the examples of house, seed 0"),
+    )
+    expect(mark.first).not_to_be_checked()
+    mark.first.check()
+    expect(options).to_have_value("--examples one --models 0-1")
+    expect(mark.last).not_to_be_checked()
+    expect_accessible(page)
+    page.keyboard.press("m")
+    expect(options).to_have_value("--examples one --models 0")
     page.get_by_role("combobox", name="Model").select_option("2")
     expect(first).to_have_attribute("data-shown", "2")
     expect(page.get_by_text("</script>").first).to_be_visible()

@@ -165,9 +165,10 @@ def test_a_grammar_is_learned_and_its_samples_are_drawn(learned):
     assert download.value.suggested_filename.endswith(".cga")
     assert "-->" in download.value.path().read_text()
     expect(learned.page.locator(".gl-outcome")).to_contain_text("rules became")
+    expect(learned.page.get_by_role("link", name="Save ")).to_be_in_viewport()
     learned.button("Check sheet").click()
     sheet = learned.page.get_by_role("img", name="samples of the learned grammar")
-    expect(sheet).to_be_visible()
+    expect(sheet).to_be_in_viewport(ratio=0.9)
     assert sheet.evaluate("image => image.naturalWidth") > 200
     expect_accessible(learned.page)
 

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 0d6d401b39dae800 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 341527fee0554733 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -1983,12 +1983,15 @@ function makeResults(page) {
     const told = `${file}: ${before} branches of rules became ${after}.`;
     const link = saveLink(file, [text], "text/plain");
     outcome.replaceChildren(element("p", {}, told), ...hints(result.notes), link);
+    reveal(outcome);
     link.click();
   }
   async function drawSheet() {
     const { result, buffers } = await page.channel.request("sheet", { num: SHEET });
     const link = saveLink(result.file, buffers, "image/png");
-    outcome.replaceChildren(element("img", { src: link.href, alt: `${SHEET} samples of the learned ${learns}` }), link);
+    const picture = element("img", { src: link.href, alt: `${SHEET} samples of the learned ${learns}` });
+    picture.addEventListener("load", () => reveal(outcome));
+    outcome.replaceChildren(picture, link);
   }
   function buildFormats(close) {
     return Object.entries(FORMATS).map(
@@ -2025,6 +2028,7 @@ function makeResults(page) {
   const hints = (notes = []) => notes.map((note) => element("p", { class: "gl-hint" }, `Note: ${note}`));
   async function busyWith(button, work) {
     if (!isBusy()) busy.progress({ stage: "starting", done: 0, total: 0 });
+    reveal(busy.element);
     button.disabled = true;
     button.classList.add("gl-working");
     try {
@@ -2037,6 +2041,7 @@ function makeResults(page) {
       if (!isBusy()) busy.progress(null);
     }
   }
+  const reveal = (part) => part.scrollIntoView({ block: "center" });
   const isBusy = () => learn.disabled || sheet.disabled;
   const urls = [];
   function saveLink(file, content, type) {
