@@ -27,6 +27,7 @@ from grammarlab.language.syntax.syntax_tree import (
     number,
 )
 
+_UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
 _K = TypeVar("_K")
 _T = TypeVar("_T")
 
@@ -154,7 +155,7 @@ def read_text(path: Path) -> str:
     """Text of a rule file in UTF-8, in UTF-16 with a byte order mark, or otherwise in Windows-1252; see `normal`.
 
     Raises:
-        LanguageError: If the file cannot be read, or is too large.
+        LanguageError: If the file cannot be read, is too large, or is no text.
     """
     try:
         content = read_bounded(path, 4 * MAX_CHARACTERS)
@@ -163,11 +164,15 @@ def read_text(path: Path) -> str:
         raise _unreadable(path, "missing-file", f"cannot read the rule file {path}: {reason}") from error
     except AssetError as error:
         raise _unreadable(path, "unreadable-file", f"cannot read the rule file {error}") from error
+    # A single one in a text has a place, which is reported.
+    if content.count(0) > 1 and not content.startswith(_UTF_16):
+        reason = "it has bytes of value 0, as binary files have, and UTF-16 without a byte order mark; rules are text"
+        raise _unreadable(path, "unreadable-file", f"cannot read the rule file {path}: {reason}")
     return normal(_decoded(content))
 
 
 def _decoded(content: bytes) -> str:
-    encodings = ("utf-16",) if content[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else ("utf-8", "cp1252")
+    encodings = ("utf-16",) if content.startswith(_UTF_16) else ("utf-8", "cp1252")
     for encoding in encodings:
         try:
             return content.decode(encoding)

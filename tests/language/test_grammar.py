@@ -137,6 +137,14 @@ def test_half_a_character_of_two_bytes_is_no_crash(tmp_path):
         load(file)
 
 
+def test_a_binary_file_is_one_finding(tmp_path):
+    file = tmp_path / "picture.cga"
+    file.write_bytes(b"\0\x10" * 500)
+    with pytest.raises(LanguageError, match="rules are text") as error:
+        load(file)
+    assert len(error.value.findings) == 1
+
+
 def test_a_path_from_the_top_of_a_workspace_is_found_below_the_rule_file(tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "wall.cga").write_text("A --> B")
