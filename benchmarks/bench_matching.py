@@ -1,7 +1,7 @@
 """Matches of 100 elements with the 66 shipped templates, beside a density of the sampler in plain NumPy.
 
-A match takes about 12 s of processor time, 10 to 20 times the reference; the first of a process compiles for 20 s more.
-Target: 5 s.
+A match takes about 5 s of processor time, 4 to 8 times the reference; the first of a process compiles the sampler for
+3 s more. Target: 5 s.
 """
 
 from __future__ import annotations

@@ -115,22 +115,26 @@ def _fits(elements: Elements, clouds: Clouds, templates: Sequence[Template]) -> 
     """
     stacked = stack(templates)
     fits = fit_all(clouds, stacked)
-    costs = description(clouds, templates, fits)[:, :-1]
-    best = costs.argmin(axis=1)
+    best = description(clouds, templates, fits)[:, :-1].argmin(axis=1)
     unlike = unlike_row(elements.row[clouds.element], best)
-    if stacked.usual.shape[1] == 2 or not len(unlike):
+    # Only templates of other elements, since fits of the others would start as they did.
+    known = np.unique(np.delete(best, unlike))
+    if stacked.usual.shape[1] == 2 or not len(unlike) or not len(known):
         return fits
-    usual, is_known = stacked.usual.copy(), np.zeros(len(templates), dtype=bool)
-    for template in np.unique(np.delete(best, unlike)).tolist():
+    usual = stacked.usual.copy()
+    for template in known.tolist():
         members = np.setdiff1d(np.flatnonzero(best == template), unlike)
         usual[template] = np.median(fits.parameters[members, template], axis=0)
-        is_known[template] = True
-    some = clouds_of(elements, clouds.element[unlike])
-    best_fits = fits.subset(unlike)
+    stacked = replace(stacked, usual=usual).subset(known)
+    some, chosen = clouds_of(elements, clouds.element[unlike]), [templates[index] for index in known.tolist()]
+    block = np.ix_(unlike, known)
+    best_fits = Fits(**{field.name: getattr(fits, field.name)[block] for field in fields(Fits)})
     for corner in (0.0, -1.0):
-        again = fit_all(some, replace(stacked, usual=usual, guess=np.where(is_known, corner, 1.0)))
-        best_fits = _better(some, templates, best_fits, again)
-    return Fits(**{field.name: _with_rows(fits, best_fits, field.name, unlike) for field in fields(Fits)})
+        again = fit_all(some, replace(stacked, guess=np.full(len(known), corner)))
+        best_fits = _better(some, chosen, best_fits, again)
+    for field in fields(Fits):
+        getattr(fits, field.name)[block] = getattr(best_fits, field.name)
+    return fits
 
 
 def _better(clouds: Clouds, templates: Sequence[Template], first: Fits, second: Fits) -> Fits:
@@ -142,13 +146,6 @@ def _better(clouds: Clouds, templates: Sequence[Template], first: Fits, second: 
         before, after = getattr(first, field.name), getattr(second, field.name)
         columns[field.name] = np.where(better.reshape(*better.shape, *(1,) * (before.ndim - 2)), after, before)
     return Fits(**columns)
-
-
-def _with_rows(fits: Fits, other: Fits, name: str, rows: Ints) -> Floats:
-    """A column of some fits, with other rows at some indices."""
-    column = getattr(fits, name).copy()
-    column[rows] = getattr(other, name)
-    return column
 
 
 def unlike_row(row: Ints, template: Ints) -> Ints:

@@ -32,9 +32,14 @@ class Maps:
     """[N, A, B] relative to the mean over all sizes."""
 
     @cached_property
-    def logs(self) -> Floats:
-        """[N, A, B] logarithm of the evidence, which a search for kinds needs hundreds of times."""
-        return np.log(self.evidence)
+    def logs_by_width(self) -> Floats:
+        """[A, N, B] logarithm of the evidence, which a search for kinds needs hundreds of times."""
+        return np.log(self.evidence.transpose(1, 0, 2))
+
+    @cached_property
+    def logs_by_height(self) -> Floats:
+        """[B, N, A] the same numbers, so that those of one height are side by side."""
+        return np.ascontiguousarray(self.logs_by_width.transpose(2, 1, 0))
 
     def blurred(self, deviation: float) -> Maps:
         """Evidence for sizes from which those of each element deviate normally, with this deviation in metres."""

@@ -142,7 +142,6 @@ def _kind_values(part: TemplateGroup) -> tuple[list[Floats], list[Floats]]:
     """Parameters [K] [D] of each kind and their standard deviations, from all elements that share them."""
     kinds = part.solution.kinds
     weight = part.solution.posterior[:, :-1]
-    logs = part.maps.logs
     size = np.asarray(part.samples.parameters).shape[2]
     values = np.zeros((len(kinds), size))
     spreads = np.zeros((len(kinds), size))
@@ -150,9 +149,9 @@ def _kind_values(part: TemplateGroup) -> tuple[list[Floats], list[Floats]]:
         for value in np.unique(index):
             members = np.flatnonzero(index == value)
             if axis == 0:
-                score = sum(weight[:, k] @ logs[:, :, kinds.height[k]] for k in members)
+                score = sum(weight[:, k] @ part.maps.logs_by_height[kinds.height[k]] for k in members)
             else:
-                score = sum(weight[:, k] @ logs[:, kinds.width[k], :] for k in members)
+                score = sum(weight[:, k] @ part.maps.logs_by_width[kinds.width[k]] for k in members)
             values[members, axis], spreads[members, axis] = _peak(np.asarray(score), sizes, int(value))
     for k in range(len(kinds)):
         values[k, 2:], spreads[k, 2:] = _further(part.samples, weight[:, k], values[k])

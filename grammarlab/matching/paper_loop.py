@@ -19,12 +19,12 @@ import optax
 from grammarlab.arrays import Floats, Ints
 from grammarlab.extras import require
 from grammarlab.matching.elements import Clouds, Elements, clouds_of, too_poor
-from grammarlab.matching.fit import Fits, energy, fit_all, residuals
+from grammarlab.matching.fit import Fits, fit_all
 from grammarlab.matching.match import Clock, Match
 from grammarlab.matching.match_assembly import couplings, replicas, similarity_threshold
 from grammarlab.matching.paper_labelling import Field, label
 from grammarlab.matching.plain import description, fitting, from_labels, unfit
-from grammarlab.matching.point_density import Array
+from grammarlab.matching.point_density import Array, along_and_across, outline
 from grammarlab.matching.template import Stack, Template, stack
 
 _SIMILARITY_WEIGHT = 10.0
@@ -123,6 +123,34 @@ def lowest(matrix: Floats, dimensions: int) -> Floats:
     return np.linalg.eigh(matrix)[1][:, :dimensions]
 
 
+def energy(state: Array, pieces: Array, points: Array, weight: Array, scale: Array) -> Array:
+    """E_fit: mean robust squared distance, square metres; outliers count at most `scale` squared (Geman-McClure)."""
+    square = residuals(state, pieces, points) ** 2
+    return (weight * square / (1.0 + square / scale**2)).sum() / weight.sum()
+
+
+def residuals(state: Array, pieces: Array, points: Array) -> Array:
+    """[P] signed distances, metres, from points to a template.
+
+    Args:
+        state: [2 + D] lower left corner, then parameters.
+        pieces: [S, 7, 1 + D] pieces of the template.
+        points: [P, 2] points.
+    """
+    segments = outline(pieces, state[2:]) + state[:2]
+    chosen = jax.lax.stop_gradient(_nearest_piece(segments, points))
+    start, end = segments[chosen, 0], segments[chosen, 1]
+    step = end - start
+    length = jnp.sqrt((step**2).sum(-1) + 1e-12)
+    away = points - start
+    along = (away * step).sum(-1) / length
+    across = (away[:, 0] * step[:, 1] - away[:, 1] * step[:, 0]) / length
+    beyond = along - jnp.clip(along, 0.0, length)
+    sign = jnp.where(across >= 0.0, 1.0, -1.0)
+    # Beyond the end of its piece, the distance of a point is that to the end.
+    return jnp.where(jnp.abs(beyond) < 1e-9, across, sign * jnp.sqrt(across**2 + beyond**2 + 1e-12))
+
+
 def similarity_energy(parameters: Array, coupled: Array) -> Array:
     """E_sim: sum over pairs of c^T (d_i - d_k)^2 (Equation 5.4).
 
@@ -133,6 +161,17 @@ def similarity_energy(parameters: Array, coupled: Array) -> Array:
     moved = jnp.moveaxis(parameters, 0, -1)
     away = moved[..., :, None] - moved[..., None, :]
     return 0.5 * (coupled * away**2).sum()
+
+
+def _nearest_piece(segments: Array, points: Array) -> Array:
+    """[P] index of the segment [S, 2, 2] nearest to each point [P, 2]; segments of length 0 are ignored."""
+    start, step = segments[:, 0], segments[:, 1] - segments[:, 0]
+    square = (step**2).sum(-1)
+    along, across = jax.vmap(along_and_across, in_axes=(0, 0, None))(start, step, points)
+    square = jnp.maximum(square, 1e-9)[:, None]
+    beyond = along - jnp.clip(along, 0.0, square)
+    distance = (across**2 + beyond**2) / square
+    return jnp.argmin(jnp.where(square > 1e-9, distance, jnp.inf), axis=0)
 
 
 def _field(

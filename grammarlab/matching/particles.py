@@ -12,8 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import jax.numpy as jnp
 
-from grammarlab.matching.fit import outline
-from grammarlab.matching.point_density import Array, log_likelihood
+from grammarlab.matching.point_density import Array, log_likelihood, outline
 
 Column: TypeAlias = Any
 """An array of JAX during sampling, of NumPy afterwards."""

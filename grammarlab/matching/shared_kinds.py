@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -46,6 +47,12 @@ class Groups:
     """[N] group of each element, -1 for none."""
     kappa: float
     """Weight of the shares of the whole facade relative to those of the group, as a number of elements."""
+
+    @cached_property
+    def others(self) -> Floats:
+        """[N, N] 1 for two different elements of one group."""
+        is_same = (self.index[:, None] == self.index) & (self.index >= 0)
+        return is_same.astype(np.float64) - np.diag(self.index >= 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +90,14 @@ def find_kinds(maps: Maps, groups: tuple[Groups, ...] = (), start: Kinds | None 
         start: initial kinds; none by default.
     """
     empty = np.zeros(0, dtype=np.int64)
-    best = _solve(maps, groups, start or Kinds(empty, empty, np.zeros(0)))
+    best, improved = _solve(maps, groups, start or Kinds(empty, empty, np.zeros(0))), None
     for _ in range(_MAX_ROUNDS):
         before = best.length
         for proposed in _additions(maps, best):
             best = min(best, _solve(maps, groups, proposed), key=_length)
-        best = _improved(maps, groups, best)
+        # A solution that was improved before has no better neighbour.
+        improved = best if best is improved else _improved(maps, groups, best)
+        best = improved
         if best.length > before - _TOLERANCE_NATS:
             break
     return best
@@ -147,36 +156,30 @@ def _shares(fit: Floats, share: Floats, groups: tuple[Groups, ...], unknown: flo
     prior = np.broadcast_to(share, fit.shape)
     if not groups or not fit.shape[1]:
         return prior
-    indicators = [_indicator(group.index) for group in groups]
+    whole, floor = np.log(np.maximum(share, 1e-12)), 1.0 / np.maximum(share, 1e-12)
+    likelihood = (1.0 - unknown) * fit
     for _ in range(_SWEEPS):
-        joint = (1.0 - unknown) * prior * fit
+        joint = prior * likelihood
         posterior = joint / (joint.sum(axis=1, keepdims=True) + unknown)
-        logs = np.log(np.maximum(share, 1e-12))[None, :].repeat(len(fit), axis=0)
-        for group, member in zip(groups, indicators, strict=True):
-            counts = member.T @ (member @ posterior) - (member.sum(axis=0)[:, None] > 0) * posterior
-            total = counts.sum(axis=1, keepdims=True)
-            logs += np.log(counts / np.maximum(share, 1e-12) + group.kappa) - np.log(total + group.kappa)
+        logs = whole
+        for group in groups:
+            counts = group.others @ posterior
+            logs = logs + np.log((counts * floor + group.kappa) / (counts.sum(axis=1, keepdims=True) + group.kappa))
         odds = np.exp(logs - logs.max(axis=1, keepdims=True))
         prior = odds / odds.sum(axis=1, keepdims=True)
     return prior
 
 
-def _indicator(index: Ints) -> Floats:
-    """[G, N] 1 for the members of each group."""
-    return (index[None, :] == np.unique(index[index >= 0])[:, None]).astype(np.float64)
-
-
 def _settled(maps: Maps, kinds: Kinds, weight: Floats) -> Kinds:
     """Kinds with values moved to the best fit of their elements."""
     width, height = kinds.width.copy(), kinds.height.copy()
-    logs = maps.logs
-    for value in np.unique(width):
-        members = np.flatnonzero(width == value)
-        score = sum(weight[:, k] @ logs[:, :, height[k]] for k in members)
+    for value in set(width.tolist()):
+        members = np.flatnonzero(width == value).tolist()
+        score = sum(weight[:, k] @ maps.logs_by_height[height[k]] for k in members)
         width[members] = int(np.argmax(score))
-    for value in np.unique(height):
-        members = np.flatnonzero(height == value)
-        score = sum(weight[:, k] @ logs[:, width[k], :] for k in members)
+    for value in set(height.tolist()):
+        members = np.flatnonzero(height == value).tolist()
+        score = sum(weight[:, k] @ maps.logs_by_width[width[k]] for k in members)
         height[members] = int(np.argmax(score))
     return Kinds(width, height, kinds.share)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -70,16 +70,17 @@ class Stack:
     guess: Floats
     """[T] first guess: 1 for the size of the visible points with usual proportions, 0 for the usual values from their
     lower left corner, -1 for these from the upper right corner."""
-    num_pieces: Ints
-    """[T] number of pieces of a template, rounded up; further pieces have length 0."""
+
+    def subset(self, selection: Ints) -> Stack:
+        """Some of the templates."""
+        return Stack(**{field.name: getattr(self, field.name)[selection] for field in fields(self)})
 
 
 def stack(templates: Sequence[Template]) -> Stack:
-    """The templates as one array; sizes are rounded up, so that few different ones are compiled."""
+    """The templates as one array; the number of pieces is rounded up, so that few different ones are compiled."""
     pieces = [template.pieces for template in templates]
     num = len(templates)
-    num_pieces = np.array([4 * (-(-len(part) // 4)) for part in pieces], dtype=np.int64)
-    most = int(num_pieces.max())
+    most = 4 * -(-max(map(len, pieces)) // 4)
     size = max(len(template.parameters) for template in templates)
     num_limits = max(1, *(len(template.limits) for template in templates))
     stacked = np.zeros((num, most, 7, 1 + size))
@@ -99,7 +100,6 @@ def stack(templates: Sequence[Template]) -> Stack:
         limits=limits,
         used=used,
         guess=np.ones(num),
-        num_pieces=num_pieces,
     )
 
 

@@ -5,13 +5,21 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from grammarlab.matching.fit import energy
+from grammarlab.matching import fit
+from grammarlab.matching.elements import clouds_of
+from grammarlab.matching.fit import Fits, fit_all
 from grammarlab.matching.library import templates_by_name
-from grammarlab.matching.paper_loop import similarity_energy
+from grammarlab.matching.paper_loop import energy, residuals, similarity_energy
+from grammarlab.matching.point_density import log_likelihood, outline
+from grammarlab.matching.scenes import SceneOptions, rectangles
 from grammarlab.matching.template import stack
 
 ENERGY, SLOPE = jax.jit(energy), jax.jit(jax.grad(energy))
 TEMPLATES = stack(templates_by_name("rectangle,gable,segment_arch"))
+SEVERAL = templates_by_name("rectangle,segment_arch,arch,bulging_column")
+"""Templates with 2, 3, 2 and 6 parameters, straight ones and arcs."""
+CLOUDS = clouds_of(rectangles(SceneOptions(elements=3, kinds=3, points=40), 2), np.arange(3))
+FITS = fit_all(CLOUDS, stack(SEVERAL))
 
 
 @pytest.mark.parametrize("template", range(3))
@@ -36,3 +44,51 @@ def test_coupled_parameters_that_are_equal_pull_at_nothing():
     moved = parameters.copy()
     moved[0, 0, 0] = 1.5
     assert float(similarity_energy(jnp.asarray(moved), jnp.asarray(coupled))) == pytest.approx(3 * 0.25)
+
+
+def test_distances_and_their_derivatives_are_those_of_automatic_differentiation():
+    random = np.random.default_rng(5)
+    for indices, wires in fit._by_parameters(stack(SEVERAL[1:2])):
+        points = fit._Points(CLOUDS.points, CLOUDS.weight, CLOUDS.area, CLOUDS.reach)
+        state = fit.first_guess(CLOUDS.reach, wires.stack)
+        state = state * random.uniform(0.8, 1.2, state.shape)
+        fitted = fit._residuals(points, state, wires)
+        for row in range(len(indices)):
+            pieces = jnp.asarray(wires.pieces[wires.owner == row])
+            both = jax.jit(lambda state, points, pieces=pieces: (residuals(state, pieces, points),) * 2)
+            with jax.enable_x64(True):
+                slopes, values = jax.jacfwd(both, has_aux=True)(
+                    jnp.asarray(state[1, row]), jnp.asarray(CLOUDS.points[1])
+                )
+            assert np.asarray(values) == pytest.approx(fitted.value[1, row], abs=1e-5)
+            # A point as far from two pieces as from the other one may have either derivative.
+            differ = np.abs(np.asarray(slopes).T - fitted.slopes[1, row]).max(axis=0) > 1e-3
+            assert differ.mean() < 0.03
+
+
+def test_costs_are_those_of_the_density_of_points():
+    pieces, size = jnp.asarray(SEVERAL[1].pieces), len(SEVERAL[1].parameters)
+
+    @jax.jit
+    def density(corner: jax.Array, parameters: jax.Array, *numbers: jax.Array) -> jax.Array:
+        return log_likelihood(outline(pieces, parameters) + corner, *numbers)
+
+    for element in range(3):
+        points = CLOUDS.points[element], CLOUDS.weight[element], CLOUDS.area[element]
+        fitted = (
+            FITS.corner[element, 1],
+            FITS.parameters[element, 1, :size],
+            *FITS.plane[element, 1],
+            FITS.noise[element, 1],
+        )
+        value = float(density(*(jnp.asarray(each) for each in (*fitted, *points))))
+        assert FITS.cost[element, 1] == pytest.approx(-value, abs=0.01)
+
+
+def test_a_fit_does_not_depend_on_the_templates_and_elements_beside_it():
+    for row, template in enumerate(SEVERAL):
+        alone: Fits = fit_all(CLOUDS, stack([template]))
+        size = len(template.parameters)
+        assert alone.parameters[:, 0] == pytest.approx(FITS.parameters[:, row, :size], abs=1e-6)
+        assert alone.covariance[:, 0] == pytest.approx(FITS.covariance[:, row, :size, :size], rel=1e-3, abs=1e-9)
+        assert alone.cost[:, 0] == pytest.approx(FITS.cost[:, row], abs=1e-3)

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -13,7 +12,7 @@ from grammarlab.matching.elements import Clouds, clouds_of
 from grammarlab.matching.fit import Fits, first_guess
 from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.scenes import SceneOptions, scene_of_sizes
-from grammarlab.matching.template import Stack
+from grammarlab.matching.template import Stack, stack
 
 REACH = np.array([[0.0, 0.0], [1.4, 1.0]])
 """Visible part of an element, 1.4 m wide and 1 m high."""
@@ -40,14 +39,14 @@ are fitted again, a first fit hid that 3 is as its row, and 4 differs indeed."""
 def test_elements_unlike_their_row_get_the_best_of_fits_from_the_parameters_of_the_others(monkeypatch) -> None:
     calls: list[tuple[list[int], Stack]] = []
 
-    def fit(clouds: Clouds, stack: Stack) -> Fits:
-        calls.append((clouds.element.tolist(), stack))
-        cost = np.array(COSTS[float(stack.guess[0])], dtype=float)
+    def fit(clouds: Clouds, templates: Stack) -> Fits:
+        calls.append((clouds.element.tolist(), templates))
+        cost = np.array(COSTS[float(templates.guess[0])], dtype=float)
         # Every number of a fit tells its element, its template and the call that made it.
         name = np.array(100 * len(calls) + 10 * clouds.element[:, None] + np.arange(2), dtype=np.float64)
 
         def filled(*end: int) -> Floats:
-            return np.broadcast_to(name.reshape(*name.shape, *(1,) * len(end)), (*name.shape, *end))
+            return np.broadcast_to(name.reshape(*name.shape, *(1,) * len(end)), (*name.shape, *end)).copy()
 
         return Fits(
             corner=filled(2),
@@ -66,9 +65,9 @@ def test_elements_unlike_their_row_get_the_best_of_fits_from_the_parameters_of_t
     elements = replace(made, row=np.array([0, 0, 0, 0, 0, -1]))
     found = coupled._fits(elements, clouds_of(elements, np.arange(6)), templates_by_name("transom_window,t_window"))
     assert [numbers for numbers, _ in calls] == [[0, 1, 2, 3, 4, 5], [3, 4], [3, 4]]
-    for (_, stack), corner in zip(calls[1:], (0.0, -1.0), strict=True):
-        assert stack.guess.tolist() == [corner, corner]
-        assert stack.usual.tolist() == [[110.0] * 3, [151.0] * 3]
+    for (_, templates), corner in zip(calls[1:], (0.0, -1.0), strict=True):
+        assert templates.guess.tolist() == [corner, corner]
+        assert templates.usual.tolist() == [[110.0] * 3, [151.0] * 3]
     expected = np.array([[100, 101], [110, 111], [120, 121], [230, 331], [140, 341], [150, 151]], dtype=float)
     for name in ("corner", "parameters", "covariance", "noise", "plane", "distance"):
         column = getattr(found, name)
@@ -87,5 +86,6 @@ def test_elements_unlike_their_row_get_the_best_of_fits_from_the_parameters_of_t
 def test_first_guesses_have_usual_proportions_or_usual_values_from_a_corner(
     guess: float, expected: list[float]
 ) -> None:
-    arguments = (jnp.asarray(each) for each in (REACH, USUAL, LOW, HIGH, guess))
-    assert np.asarray(first_guess(*arguments)) == pytest.approx(expected, abs=1e-6)
+    template = templates_by_name("transom_window")
+    given = replace(stack(template), usual=USUAL[None], low=LOW[None], high=HIGH[None], guess=np.array([guess]))
+    assert first_guess(REACH[None], given)[0, 0] == pytest.approx(expected, abs=1e-12)

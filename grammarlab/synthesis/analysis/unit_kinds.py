@@ -84,7 +84,7 @@ def _joined(cell: _Cell, kinds: list[list[_Cell]], labels: Ints, noise: float, *
         noise: deviation of points, metres.
         is_inner: whether the cell is at no end of the wall.
     """
-    shares = [min((_difference(cell, other, noise) for other in members), default=np.inf) for members in kinds]
+    shares = [_least_difference(cell, members, noise) for members in kinds]
     equal = [number for number, share in enumerate(shares) if share <= _MAX_AREA_SHARE]
     if not equal:
         kinds.append([cell])
@@ -170,6 +170,16 @@ def _pieces(boxes: Floats, low: Floats, high: Floats) -> Floats:
     goes_on = np.stack([boxes[:, :2] < low, boxes[:, 2:] > high])
     sign = np.where(goes_on.all(axis=0), 0.0, np.where(goes_on[0], -1.0, 1.0))
     return (sign * (end - begin))[inside][:1]
+
+
+def _least_difference(cell: _Cell, members: list[_Cell], noise: float) -> float:
+    """The least share of a cell that differs from one of the members of a kind; infinite if there are none."""
+    least = np.inf
+    for member in members:
+        least = min(least, _difference(cell, member, noise))
+        if least == 0.0:  # no share is smaller
+            break
+    return least
 
 
 def _difference(a: _Cell, b: _Cell, noise: float) -> float:
