@@ -15,6 +15,7 @@ from grammarlab.geometry.meshes.planar import RELATIVE_TOLERANCE, Polygons, lay_
 from grammarlab.geometry.meshes.vectors import cross, unit
 from grammarlab.geometry.outlines.patches import Patch, alike, fill, in_order, rings, stamp, stamp_patch
 from grammarlab.geometry.outlines.straight_skeleton import Loop, merge, sweep
+from grammarlab.geometry.outlines.wavefront import BLUNT_CONVEX, BLUNT_REFLEX
 from grammarlab.geometry.selectors import classify
 
 REMAINDER = -1
@@ -38,9 +39,9 @@ def setback(meshes: Meshes, distances: Floats, groups: Indices | None = None) ->
     face has a keyhole. A strip that passes a fixed edge may have several parts. The remainder of a face, which
     may be several pieces, begins at the first edge of which it has a part. Between moved edges strips are mitred.
     Beside an edge that stays, or moves less, a strip ends on the line of that edge, as far as that has moved; on the
-    bisector where the outline turns left by at most 15 or right by at most 45 degrees, as in CityEngine. Pieces are
-    ordered by face, then by first edge, the remainder last. A face without area, or whose edges cross, is its own
-    remainder.
+    bisector where the outline turns left by at most 15 or right by at most 45 degrees, as in CityEngine. An edge of a
+    step in the outline that its neighbours pass has no strip, and theirs end at the step. Pieces are ordered by face,
+    then by first edge, the remainder last. A face without area, or whose edges cross, is its own remainder.
 
     Args:
         meshes: M meshes.
@@ -249,22 +250,78 @@ def _setback_patch(xy: Floats, steps: Sequence[float], names: Sequence[int]) -> 
     """The pieces of a polygon, and the first edge of each."""
     loops = rings(xy)
     corners = [corner for ring in loops for corner in ring]
-    result = sweep([xy[ring] for ring in loops], [steps[corner] for corner in corners], 1.0, bisector_cuts=True)
+    moving = _without_passed_edges(loops, xy, steps)
+    result = sweep([xy[ring] for ring in loops], [moving[corner] for corner in corners], 1.0, bisector_cuts=True)
     if result is None:
         whole = tuple(range(len(xy)))
         return Patch(xy, np.zeros(len(xy)), whole, (whole,), (0,)), [REMAINDER]
-    strips = {i: result.faces[i] for i, corner in enumerate(corners) if steps[corner] > 0.0 and result.faces[i]}
+    strips = {i: result.faces[i] for i, corner in enumerate(corners) if moving[corner] > 0.0 and result.faces[i]}
+    names = [names[corner] for corner in corners]
+    passed = {i: arc for i, arc in enumerate(_ends(loops)) if moving[corners[i]] != steps[corners[i]]}
     pieces = sorted(
         piece
-        for loops, edge_of in _joined(strips, [names[corner] for corner in corners], result.xy, len(corners))
-        for piece in _from_first_edge(fill(result.xy, loops), edge_of)
+        for areas, edge_of in _joined(strips, names, result.xy, len(corners))
+        for piece in _from_first_edge(
+            fill(result.xy, areas), _with_passed(edge_of, areas, result.xy, passed, names) if passed else edge_of
+        )
     )
-    kept = _half_moved(loops, xy, steps)
+    kept = _half_moved(loops, xy, moving)
     rest = fill(result.xy, result.rest_from_first_edge(range(len(corners))))
     pieces += [(REMAINDER, _with_corners(result.xy, face, kept)) for face in rest]
     faces = tuple(face for _, face in pieces)
     leads = [REMAINDER if edge == REMAINDER else corners[edge] for edge, _ in pieces]
     return Patch(result.xy, np.zeros(len(result.xy)), tuple(corners), faces, (0,) * len(faces)), leads
+
+
+def _ends(loops: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
+    """The nodes at both ends of each edge, where nodes are numbered loop after loop."""
+    ends: list[tuple[int, int]] = []
+    for ring in loops:
+        first, count = len(ends), len(ring)
+        ends += [(first + i, first + (i + 1) % count) for i in range(count)]
+    return ends
+
+
+def _with_passed(
+    edge_of: dict[tuple[int, ...], int],
+    areas: Sequence[Loop],
+    xy: Floats,
+    passed: Mapping[int, tuple[int, int]],
+    names: Sequence[int],
+) -> dict[tuple[int, ...], int]:
+    """The edges of a group by their ends, with those that others have passed: a strip may begin with them."""
+    group = names[min(edge_of.values())]
+    place_of = {(*xy[start], *xy[end]): edge for edge, (start, end) in passed.items() if names[edge] == group}
+    arcs = {arc: place_of.get((*xy[arc[0]], *xy[arc[1]])) for loop in areas for arc in _arcs(loop)}
+    return edge_of | {arc: edge for arc, edge in arcs.items() if edge is not None}
+
+
+def _without_passed_edges(loops: Sequence[Sequence[int]], xy: Floats, steps: Sequence[float]) -> list[float]:
+    """The setbacks, 0 for edges of steps that vanish: what moves past a step ends there, as in CityEngine.
+
+    A step is an edge between a reflex and a convex corner, with hardly turning edges before and behind it. It vanishes
+    where these edges pass one another.
+    """
+    result = list(steps)
+    for ring in loops:
+        for i, corner in enumerate(ring):
+            corners = [ring[i - 1], corner, ring[(i + 1) % len(ring)], ring[(i + 2) % len(ring)]]
+            along = np.diff(xy[corners], axis=0)
+            lengths = np.hypot(*along.T)[:, None]
+            along = np.divide(along, lengths, out=np.zeros_like(along), where=lengths > 0.0)
+            first, second, total = (_turn(along[a], along[b]) for a, b in ((0, 1), (1, 2), (0, 2)))
+            is_step = first * second < 0.0 and -BLUNT_REFLEX <= total <= BLUNT_CONVEX and along[0] @ along[2] > 0.0
+            if steps[corner] > 0.0 and is_step:
+                inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
+                levels = (inward * xy[corners[:3]]).sum(axis=1) + [steps[k] for k in corners[:3]]
+                ends = [np.linalg.solve(inward[[k, k + 1]], levels[[k, k + 1]]) for k in (0, 1)]
+                if float((ends[1] - ends[0]) @ along[1]) <= 0.0:
+                    result[corner] = 0.0
+    return result
+
+
+def _turn(before: Floats, after: Floats) -> float:
+    return float(before[0] * after[1] - before[1] * after[0])
 
 
 def _half_moved(loops: Sequence[Sequence[int]], xy: Floats, steps: Sequence[float]) -> list[int]:

@@ -20,10 +20,10 @@ TOLERANCE = 1e-9
 """Largest distance of corners that count as met, in a polygon of about unit size."""
 _PARALLEL = 1e-9
 """Largest cross product of the directions of parallel edges."""
-_BLUNT_REFLEX = math.sin(math.radians(45.0)) + _PARALLEL
+BLUNT_REFLEX = math.sin(math.radians(45.0)) + _PARALLEL
 """Sine of the largest turn of a reflex corner where strips of different depth end on its bisector: measured in
 CityEngine's runtime to 0.1 degrees."""
-_BLUNT_CONVEX = math.sin(math.radians(15.0)) + _PARALLEL
+BLUNT_CONVEX = math.sin(math.radians(15.0)) + _PARALLEL
 """The same for convex corners."""
 
 
@@ -32,7 +32,7 @@ class Wavefront:
 
     Args:
         bisector_cuts: whether a fast edge beside a slow one is cut off along the bisector of a corner that turns by at
-            most `_BLUNT_REFLEX` or `_BLUNT_CONVEX`, as in CityEngine; otherwise it always follows the slow edge.
+            most `BLUNT_REFLEX` or `BLUNT_CONVEX`, as in CityEngine; otherwise it always follows the slow edge.
     """
 
     def __init__(self, bisector_cuts: bool = False) -> None:
@@ -90,7 +90,7 @@ class Wavefront:
         fast, slow = max(before.speed, after.speed), min(before.speed, after.speed)
         bluntest = _PARALLEL
         if self._bisector_cuts:
-            bluntest = _BLUNT_REFLEX if cross < 0.0 else _BLUNT_CONVEX
+            bluntest = BLUNT_REFLEX if cross < 0.0 else BLUNT_CONVEX
         if slow < fast * (1.0 - _PARALLEL) and dot > 0.0 and abs(cross) <= bluntest:
             first = before.speed == fast
             dx, dy = before.nx + after.nx, before.ny + after.ny

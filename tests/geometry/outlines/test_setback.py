@@ -37,12 +37,54 @@ def test_only_moved_edges_have_strips_and_they_begin_with_them(ring, data):
     lot = lots([ring])
     result = setback(lot, steps * math.sqrt(area(ring)))
     strips = result.group != REMAINDER
-    assert set(result.group[strips].tolist()) == set(np.flatnonzero(steps > 0.0).tolist())
+    leads = set(result.group[strips].tolist())
+    # An edge of a step in the outline that its neighbours pass has no strip.
+    turns = _turns(ring)
+    is_step = (turns * np.roll(turns, -1) < 0.0).tolist()
+    moved = set(np.flatnonzero(steps > 0.0).tolist())
+    assert {edge for edge in moved if not is_step[edge]} <= leads <= moved
+    steps[[edge for edge in moved if edge not in leads]] = 0.0
     corners = result.meshes.points[result.meshes.corner_points()]
     # A strip that passes an edge that stays may be in several parts: one of them begins with the edge.
     begins = {tuple(corners[at : at + 2].ravel().tolist()) for at in result.meshes.face_offsets[:-1][strips]}
     edges = np.hstack([lot.points, np.roll(lot.points, -1, axis=0)])[steps > 0.0]
     assert {tuple(edge) for edge in edges.tolist()} <= begins
+
+
+def _turns(ring):
+    """Cross products of the edges before and after each corner."""
+    after = np.roll(ring, -1, axis=0) - ring
+    before = np.roll(after, 1, axis=0)
+    return before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+
+
+# A low step between two fronts, upright or leaning by half a metre: (x of its upper corner, distances, remainder).
+STEPPED = [
+    (10, [0, 0, 4, 4, 0, 0], [(10, 10), (10, 7), (24, 7)]),
+    (10, [0, 0, 4, 1.5, 0, 0], [(10, 10), (10, 9.5), (24, 9.5)]),
+    (10, [0, 0, 4, 0.9, 0, 0], [(10, 10), (14, 10), (14, 10.1), (24, 10.1)]),
+    (10, [0, 1, 4, 4, 0, 0], [(10, 9), (10, 7), (24, 7)]),
+    (10, [0, 0.4, 4, 1.5, 0, 0], [(10, 9.6), (10, 9.5), (24, 9.5)]),
+    (10, [0, 0.6, 4, 1.5, 0, 0], [(14, 9.4), (14, 9.5), (24, 9.5)]),
+    (10, [0, 4, 4, 1.5, 0, 0], [(14, 6), (14, 9.5), (24, 9.5)]),
+    (10.5, [0, 0, 4, 4, 0, 0], [(10, 10), (10, 7), (24, 7)]),
+    (9.5, [0, 0, 4, 4, 0, 0], [(10, 10), (10, 7), (24, 7)]),
+]
+
+
+@pytest.mark.parametrize(("x", "steps", "expected"), STEPPED)
+def test_what_moves_past_a_step_of_the_outline_ends_at_the_step_as_in_the_runtime(x, steps, expected):
+    ring = np.array([(2, 2), (2, 10), (10, 10), (x, 11), (24, 11), (24, 2)], float)
+    level = 10 - steps[1]
+    result = setback(lots([ring[:, ::-1]]), np.array(steps), np.zeros(6, np.int64))
+    rest = result.meshes.take(np.array([0]))
+    start, end = rest.face_offsets[np.flatnonzero(result.group == REMAINDER)[0] :][:2]
+    corners = rest.points[rest.corner_points()[start:end]]
+    outline = {(round(float(-b), 6), round(float(a), 6)) for a, _, b in corners}
+    assert outline == {(2, 2), (2, level), *expected, (24, 2)}
+    if steps[1] == 0.0:
+        first, second = rest.points[rest.corner_points()[:2]]
+        assert np.allclose([-first[2], first[0], -second[2], second[0]], [10, 10, x, 11])
 
 
 @QUICK
