@@ -1,5 +1,6 @@
 import { element, iconButton } from "../shared/element.js";
 import { menu, textButton } from "../shared/menu.js";
+import { counted } from "./known.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
@@ -69,7 +70,7 @@ export function makeFactors(page) {
   function buildEdit(close) {
     const { id, name, labels } = page.factor();
     const remove = textButton(
-      `Delete “${name}” and its ${labels} scores`,
+      `Delete “${name}” and its ${counted(labels, "score") || "scores"}`,
       () => {
         close();
         void page.ask("factor_delete", { name: id });
@@ -101,7 +102,7 @@ function makeTab(onclick) {
       text.textContent = name;
       count.hidden = labels === null;
       count.textContent = String(labels ?? "");
-      count.ariaLabel = `${labels} scores`;
+      count.ariaLabel = counted(labels ?? 0, "score") || "0 scores";
       tab.ariaPressed = String(pressed);
     },
   };

@@ -33,3 +33,8 @@ export function inWords({ label, score, kind, saved, predicted, uncertain }) {
   }
   return parts.join(", ");
 }
+
+/** A number with its noun; empty for none. @param {number} number @param {string} noun */
+export function counted(number, noun) {
+  return number ? `${number} ${noun}${number === 1 ? "" : "s"}` : "";
+}

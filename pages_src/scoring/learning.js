@@ -1,6 +1,7 @@
 import { element, svg } from "../shared/element.js";
 import { makeBusy } from "./busy.js";
 import { makeContrasts } from "./contrasts.js";
+import { counted } from "./known.js";
 import { makeLine } from "./line.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -77,7 +78,7 @@ function asShare(nats) {
 
 /** Numbers of scores and comparisons, in words. @param {State} state */
 function said({ scored, compared }) {
-  return [scored && `${scored} scores`, compared && `${compared} comparisons`].filter(Boolean).join(" and ");
+  return [counted(scored, "score"), counted(compared, "comparison")].filter(Boolean).join(" and ");
 }
 
 /** @param {import("./types.js").Relevance} relevance */

@@ -46,7 +46,7 @@ def test_a_factor_is_created_renamed_and_deleted(towers):
     towers.page.get_by_role("button", name="colour").click()
     expect(towers.page.get_by_role("button", name="colour")).to_have_attribute("aria-pressed", "true")
     towers.button("Rename or delete this factor").click()
-    towers.page.get_by_role("button", name="Delete “colour” and its 1 scores").click()
+    towers.page.get_by_role("button", name="Delete “colour” and its 1 score").click()
     expect(towers.page.locator(".gl-tab")).to_have_count(1)
     expect(towers.page.locator(".gl-score").first).to_have_text("90")
 

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 341527fee0554733 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source f4d0ea5558455033 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -544,6 +544,9 @@ function inWords2({ label, score, kind, saved, predicted, uncertain }) {
   }
   return parts.join(", ");
 }
+function counted(number2, noun) {
+  return number2 ? `${number2} ${noun}${number2 === 1 ? "" : "s"}` : "";
+}
 
 // scoring/cell.js
 var WIDEST = 50;
@@ -974,7 +977,7 @@ function makeFactors(page) {
   function buildEdit(close) {
     const { id, name, labels } = page.factor();
     const remove = textButton(
-      `Delete “${name}” and its ${labels} scores`,
+      `Delete “${name}” and its ${counted(labels, "score") || "scores"}`,
       () => {
         close();
         void page.ask("factor_delete", { name: id });
@@ -1003,7 +1006,7 @@ function makeTab(onclick) {
       text.textContent = name;
       count.hidden = labels === null;
       count.textContent = String(labels ?? "");
-      count.ariaLabel = `${labels} scores`;
+      count.ariaLabel = counted(labels ?? 0, "score") || "0 scores";
       tab.ariaPressed = String(pressed);
     }
   };
@@ -1295,7 +1298,7 @@ function asShare(nats) {
   return `${share >= 10 ? Math.round(share) : Number(share.toPrecision(1))} %`;
 }
 function said({ scored, compared }) {
-  return [scored && `${scored} scores`, compared && `${compared} comparisons`].filter(Boolean).join(" and ");
+  return [counted(scored, "score"), counted(compared, "comparison")].filter(Boolean).join(" and ");
 }
 function relevanceLine({ name, level, share }) {
   const fill = element("i");
