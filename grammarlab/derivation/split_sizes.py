@@ -58,6 +58,8 @@ class SplitPieces(NamedTuple):
     """[K] metres, > 0."""
     is_one_each: bool
     """Whether these are one piece of every length, so that `row` is 0, 1, 2, …"""
+    element: int
+    """Index of the size or repeated group of the split that it belongs to."""
 
 
 class SplitRow(NamedTuple):
@@ -79,12 +81,12 @@ class SplitRow(NamedTuple):
         keep = self.extent > TOLERANCE
         if keep.all():
             return [
-                SplitPieces(everyone, start, extent, True)
-                for start, extent in zip(self.start, self.extent, strict=True)
+                SplitPieces(everyone, start, extent, True, element)
+                for element, (start, extent) in enumerate(zip(self.start, self.extent, strict=True))
             ]
         return [
-            SplitPieces(everyone[is_piece], start[is_piece], extent[is_piece], bool(is_piece.all()))
-            for is_piece, start, extent in zip(keep, self.start, self.extent, strict=True)
+            SplitPieces(everyone[is_piece], start[is_piece], extent[is_piece], bool(is_piece.all()), element)
+            for element, (is_piece, start, extent) in enumerate(zip(keep, self.start, self.extent, strict=True))
         ]
 
 
@@ -114,15 +116,15 @@ def divide(
     start: Amount = 0.0
     everyone = np.arange(len(length))
     pieces: list[SplitPieces] = []
-    for element in elements:
+    for index, element in enumerate(elements):
         if isinstance(element, SplitSize):
             extent = _extent(element, scale)
-            pieces.append(_within(everyone, start, extent, length, reach, is_one_each=True))
+            pieces.append(_within(everyone, start, extent, length, reach, is_one_each=True, element=index))
             start = start + extent
         else:
             count = next(turns)
             extents = [_extent(size, scale) for size in element.sizes]
-            pieces += _repeated(extents, count, start, length, reach)
+            pieces += _repeated(extents, count, start, length, reach, index)
             start = start + count * _sum(extents)
     return pieces
 
@@ -255,7 +257,7 @@ def _reach(length: Floats) -> Floats:
 
 
 def _repeated(
-    extents: Sequence[Amount], times: Ints, start: Amount, length: Floats, reach: Floats
+    extents: Sequence[Amount], times: Ints, start: Amount, length: Floats, reach: Floats, element: int
 ) -> list[SplitPieces]:
     row = np.repeat(np.arange(len(length)), times)
     turn = np.arange(len(row)) - np.repeat(np.cumsum(times) - times, times)
@@ -265,13 +267,13 @@ def _repeated(
     is_one_each = bool((times == 1).all())
     pieces = []
     for extent in extents:
-        pieces.append(_within(row, first, _rows_of(extent, row), whole, reach[row], is_one_each))
+        pieces.append(_within(row, first, _rows_of(extent, row), whole, reach[row], is_one_each, element))
         first = first + _rows_of(extent, row)
     return pieces
 
 
 def _within(
-    row: Ints, start: Amount, part_extent: Amount, length: Floats, reach: Floats, is_one_each: bool
+    row: Ints, start: Amount, part_extent: Amount, length: Floats, reach: Floats, is_one_each: bool, element: int
 ) -> SplitPieces:
     """Pieces cut at the end of their length, without empty ones; ends near the end of the length are moved to it."""
     first: Floats = np.asarray(start, np.float64) if isinstance(start, np.ndarray) else np.zeros(len(row)) + start
@@ -280,8 +282,8 @@ def _within(
     extent: Floats = end - first
     keep = extent > TOLERANCE
     if keep.all():
-        return SplitPieces(row, first, extent, is_one_each)
-    return SplitPieces(row[keep], first[keep], extent[keep], is_one_each=False)
+        return SplitPieces(row, first, extent, is_one_each, element)
+    return SplitPieces(row[keep], first[keep], extent[keep], is_one_each=False, element=element)
 
 
 def _extent(size: SplitSize, scale: Floats) -> Amount:

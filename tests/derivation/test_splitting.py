@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from grammarlab.derivation.operations.split import along_shapes
+from grammarlab.derivation.operations.split import along_shapes, numbers_along
 from grammarlab.derivation.split_sizes import SplitRepeat, SplitSize, divide
 
 
@@ -130,7 +130,10 @@ def test_pieces_are_ordered_along_their_lengths(lengths, elements):
     pieces = divide(np.array(lengths), elements)
     row = np.concatenate([piece.row for piece in pieces])
     start = np.concatenate([piece.start for piece in pieces])
-    assert np.array_equal(along_shapes(pieces, row), np.lexsort((start, row)))
+    order = np.lexsort((start, row))
+    assert np.array_equal(along_shapes(pieces, row), order)
+    number = np.concatenate(numbers_along(pieces, len(lengths)))
+    assert number[order].tolist() == [index for count in np.bincount(row).tolist() for index in range(count)]
 
 
 @given(st.lists(st.floats(0.2, 60.0), min_size=1, max_size=4), patterns)

@@ -196,12 +196,40 @@ def _numbered(pieces: Sequence[SplitPieces], shapes: Shapes, is_wanted: bool) ->
         return [np.zeros(count, np.int64) for count in counts]
     if all(piece.is_one_each for piece in pieces):
         return [np.full(count, index) for index, count in enumerate(counts)]
+    return numbers_along(pieces, shapes.num)
+
+
+def numbers_along(pieces: Sequence[SplitPieces], num_shapes: int) -> list[NDArray[np.int64]]:
+    """Index of each piece along its shape, from 0."""
+    groups = [list(group) for _, group in groupby(pieces, key=lambda piece: piece.element)]
+    if all(map(_is_regular, groups)):
+        return _counted(groups, num_shapes)
     row = np.concatenate([piece.row for piece in pieces])
     order = along_shapes(pieces, row)
-    per_row = np.bincount(row, minlength=shapes.num)
+    per_row = np.bincount(row, minlength=num_shapes)
     number = np.empty(len(row), np.int64)
     number[order] = np.arange(len(row)) - np.repeat(np.cumsum(per_row) - per_row, per_row)
-    return np.split(number, np.cumsum(counts)[:-1])
+    return np.split(number, np.cumsum([len(piece.row) for piece in pieces])[:-1])
+
+
+def _is_regular(group: Sequence[SplitPieces]) -> bool:
+    """Whether the sizes of a repeated group take turns in every shape; pieces without extent have no order."""
+    same_rows = all(piece.row is group[0].row for piece in group)
+    return same_rows and all(piece.extent.min(initial=1.0) > 0.0 for piece in group)
+
+
+def _counted(groups: Sequence[Sequence[SplitPieces]], num_shapes: int) -> list[NDArray[np.int64]]:
+    """Index of each piece along its shape, from the numbers of pieces before it."""
+    numbers: list[NDArray[np.int64]] = []
+    before = np.zeros(num_shapes, np.int64)
+    for group in groups:
+        row, turns = group[0].row, len(group)
+        per_shape = np.bincount(row, minlength=num_shapes)
+        first = (before - turns * (np.cumsum(per_shape) - per_shape)).take(row)
+        first += np.arange(0, turns * len(row), turns)
+        numbers += [first + turn for turn in range(turns)]
+        before += turns * per_shape
+    return numbers
 
 
 def along_shapes(pieces: Sequence[SplitPieces], row: Rows) -> Rows:

@@ -54,6 +54,9 @@ class Recorder:
         self._roots = np.zeros(0, dtype=np.int32)
         self.num_nodes = 0
         self._nodes: list[tuple[Ids, Ids | None, int, int, Ids | None]] = []
+        self._counts = np.zeros(0, dtype=np.int64)
+        """Nodes of each model in the first ``_num_counted`` chunks."""
+        self._num_counted = 0
         self._rules: list[tuple[Ids, int]] = []
         self._leaves: list[Shapes] = []
         self._fruitful: list[Ids] | None = None
@@ -69,6 +72,7 @@ class Recorder:
     def add_roots(self, models: Ids, symbols: Ids) -> Ids:
         """Rows [N] of the roots of models [N] with symbols [N]; they come first."""
         self._roots = symbols
+        self._counts = np.zeros(len(symbols), dtype=np.int64)
         self._nodes.append((models, None, 0, 0, None))
         if self.lineage is not None:
             self.lineage.add_roots(models)
@@ -190,10 +194,10 @@ class Recorder:
 
     def largest_model(self) -> tuple[int, int]:
         """The model with the most nodes so far, and their number."""
-        counts = np.zeros(len(self._roots), dtype=np.int64)
-        for models, *_ in self._nodes:
-            counts += np.bincount(models, minlength=len(counts))
-        return int(counts.argmax()), int(counts.max())
+        for models, *_ in self._nodes[self._num_counted :]:
+            self._counts += np.bincount(models, minlength=len(self._counts))
+        self._num_counted = len(self._nodes)
+        return int(self._counts.argmax()), int(self._counts.max())
 
     def nodes(self) -> Nodes:
         """All nodes; they are given away, so it may be called only once, after at least one batch was added.
@@ -303,11 +307,10 @@ def _joined(columns: Sequence[NDArray[np.generic]], dtype: type[np.generic]) -> 
 
 def _filled(columns: list[Ids | None], counts: Sequence[int], missing: int) -> Ids:
     """Columns one after the other, with a value in place of missing ones; they are let go."""
-    whole = np.full(sum(counts), missing, np.int32)
+    whole = np.empty(sum(counts), np.int32)
     ends = np.cumsum(counts).tolist()
-    for column, end in zip(columns, ends, strict=True):
-        if column is not None:
-            whole[end - len(column) : end] = column
+    for column, count, end in zip(columns, counts, ends, strict=True):
+        whole[end - count : end] = missing if column is None else column
     columns.clear()
     return whole
 
