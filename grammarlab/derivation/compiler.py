@@ -131,10 +131,12 @@ class _Compilation:
         self._different = _different(self._nodes)
         self._rules = {key: number for number, key in enumerate(grammar.rules)}
         self._drawing_functions, printing_functions = self._functions_with(_is_random, _prints)
-        self._drawing_nodes = frozenset(id(node) for node in self._nodes if self._is_drawing(node))
-        acting = (node for node in self._nodes if _prints(node) or _called(node) in printing_functions)
+        doing = [node for node in self._nodes if isinstance(node, Call | Name | Scatter | Stochastic)]
+        self._drawing_nodes = frozenset(id(node) for node in doing if self._is_drawing(node))
+        acting = (node for node in doing if _prints(node) or _called(node) in printing_functions)
         self._acting_nodes = self._drawing_nodes.union(id(node) for node in acting)
-        self._rule_nodes = {key: list(walk(rule.body)) for key, rule in grammar.rules.items()}
+        inside = {id(part): nodes for part, nodes in zip(grammar.tree.definitions, self._numbering.nodes, strict=True)}
+        self._rule_nodes = {key: inside[id(rule)] for key, rule in grammar.rules.items()}
         self._invoked = {key: frozenset(_invoked(nodes)) for key, nodes in self._rule_nodes.items()}
         self._drawing_rules = self._rules_that_draw()
         self._names = Names(
@@ -263,11 +265,7 @@ class _Compilation:
         )
 
     def _rules_that_draw(self) -> frozenset[SymbolKey]:
-        drawing = {
-            key
-            for key, rule in self._grammar.rules.items()
-            if self._draw_themselves(self._rule_nodes[key]) or self._draws_itself(*rule.variables)
-        }
+        drawing = {key for key, nodes in self._rule_nodes.items() if self._draw_themselves(nodes)}
         return _spread(drawing, self._invoked)
 
     def _renewed(self, item: Invoke) -> tuple[str, ...]:

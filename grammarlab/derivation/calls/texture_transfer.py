@@ -10,7 +10,7 @@ from typing import cast
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Floats, distinct_rows
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value, number_column
 from grammarlab.derivation.state.texture_maps import NONE, WORLD, map_name, projection_name
 from grammarlab.derivation.state.workspace import Workspace
@@ -62,7 +62,9 @@ def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
         rows = np.flatnonzero(ids >= 0)
         if workspace.has_corner_maps:
             rows = rows[workspace.texture_maps.source(ids[rows]) == WORLD]
-        if len(rows):
+        if len(rows) == len(ids):
+            state[name] = _moved(before, after, ids, workspace)
+        elif len(rows):
             ids = ids.copy()
             ids[rows] = _moved(before.take(rows), after.take(rows), ids[rows], workspace)
             state[name] = ids
@@ -129,9 +131,13 @@ def _moved(before: Shapes, after: Shapes, ids: Ids, workspace: Workspace) -> Ids
     flat = (before.size == 0.0) | (after.size == 0.0)
     shrink = np.where(flat, 1.0, before.size / np.where(flat, 1.0, after.size))
     maps = table.take(ids)
-    local = np.einsum("nai,nij->naj", maps[:, :, :3], frames.rotations(before.frame)) * shrink[:, None, :]
+    # Of many shapes few have different gradients, axes and factors.
+    first, number = distinct_rows(maps[:, :, :3], before.frame, after.frame, shrink)
+    gradients, factors = maps.take(first, axis=0)[:, :, :3], shrink.take(first, axis=0)
+    local = np.einsum("nai,nij->naj", gradients, frames.rotations(before.frame.take(first))) * factors[:, None, :]
+    turned = np.einsum("naj,nij->nai", local, frames.rotations(after.frame.take(first)))
     moved = np.empty_like(maps)
-    moved[:, :, :3] = np.einsum("naj,nij->nai", local, frames.rotations(after.frame))
+    moved[:, :, :3] = turned.take(number, axis=0)
     start = maps[:, :, 3] + np.einsum("nai,ni->na", maps[:, :, :3], before.position)
     moved[:, :, 3] = start - np.einsum("nai,ni->na", moved[:, :, :3], after.position)
     return table.add(moved, table.was_given(ids))

@@ -87,6 +87,31 @@ def test_every_point_keeps_its_coordinates_wherever_it_is_moved(axes, moves, fir
     )
 
 
+@pytest.mark.parametrize("turn", ["", "r(0, 0, 90 * (split.index % 3))", "r(0, rand(90), 0)"])
+@pytest.mark.parametrize(("size", "width"), [("'1", "2"), ("'rand(0.5, 1)", "2"), ("'1", "rand(1, 3)")])
+def test_many_shapes_keep_their_coordinates_whatever_they_share(turn, size, width):
+    """Of shapes that are moved together, some have equal gradients, axes and factors; others differ in one of them."""
+    rules = f"""
+        Lot --> extrude(3) comp(f) {{ side : split(x) {{ ~0.5 : Tile }}* }}
+        Tile --> setupProjection(0, scope.xy, {width}, 3) projectUV(0)
+                 [ Before ] t(rand(1), 0, 1) {turn} s({size}, '1, '1) After
+    """
+    forest = derive(Grammar.parse(rules), 3, 1)
+    before, after = (scope_coordinates(forest, leaves_called(forest, name)) for name in ("Before", "After"))
+    assert len(before) > 200
+    np.testing.assert_allclose(after, before, rtol=1e-9, atol=1e-9)
+
+
+def scope_coordinates(forest: Forest, rows: list[int]) -> Floats:
+    """[K, 4, 2] texture coordinates of the corners x, y of the unit squares of scopes."""
+    corners = np.array([[x, y, 0.0] for x in (0.0, 1.0) for y in (0.0, 1.0)])
+    leaves = forest.leaves
+    local = corners * leaves.size[rows, None]
+    points = leaves.position[rows, None] + np.einsum("kij,kcj->kci", forest.frames[leaves.frame[rows]], local)
+    maps = forest.texture_maps[leaves.texture_map[rows]]
+    return np.einsum("kai,kci->kca", maps[:, :, :3], points) + maps[:, None, :, 3]
+
+
 def test_the_corner_of_the_image_is_at_the_offsets():
     """A facade takes the part of an image above its ground floor, as files of CityEngine's facade wizard do."""
     part = "extrude(9) comp(f) { front : setupProjection(0, scope.xy, '4, '1.5, '-2, '-0.5) projectUV(0) A } A -->"
