@@ -294,7 +294,10 @@ def distinct_pairs(one: NDArray[_Integer], other: Ints, limit: int) -> tuple[NDA
 def _distinct_codes(codes: Ints) -> tuple[Ints, Ints]:
     """Different integers [K], ascending, and the number [N] of each."""
     if len(codes) <= _FEW_HASHES:
-        return np.unique(codes, return_inverse=True)
+        order, begins = _sorted_runs(codes)
+        number = np.empty(len(codes), dtype=np.int64)
+        number[order] = begins.cumsum() - 1
+        return codes.take(order[begins]), number
     low = int(codes.min())
     span = int(codes.max()) - low + 1
     if span <= _MOST_PLACES * len(codes):
@@ -305,12 +308,26 @@ def _distinct_codes(codes: Ints) -> tuple[Ints, Ints]:
     return different, order.take(number)
 
 
+def _sorted_runs(values: NDArray) -> tuple[Ints, Flags]:
+    """Order [N] of values, equal ones ascending by index, and whether each begins a run of equal ones [N].
+
+    For few values this takes a third of the time of `numpy.unique`.
+    """
+    order = values.argsort(kind="stable")
+    ordered = values.take(order)
+    begins = np.ones(len(values), dtype=bool)
+    np.not_equal(ordered[1:], ordered[:-1], out=begins[1:])
+    return order, begins
+
+
 def _first_of_equal(keys: NDArray[np.uint64]) -> Ints:
     """[N] index of the first of the hashes that equal each."""
     num = len(keys)
     if num <= _FEW_HASHES:
-        _, first, number = np.unique(keys, return_index=True, return_inverse=True)
-        return first.take(number)
+        order, begins = _sorted_runs(keys)
+        leader = np.empty(num, dtype=np.int64)
+        leader[order] = order[begins].take(begins.cumsum() - 1)
+        return leader
     bits = num.bit_length() + 1
     place = (keys >> np.uint64(64 - bits)).astype(np.int64)
     first = np.full(1 << bits, num)
