@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 import grammarlab
+from tests.cases import takes_turns
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -53,6 +54,7 @@ def program(wheel, tmp_path_factory):
     return fresh / "grammarlab"
 
 
+@takes_turns
 def test_both_files_pass_the_checks_of_an_index(wheel, sdist):
     run(sys.executable, "-m", "twine", "check", "--strict", str(wheel), str(sdist))
     run(sys.executable, "-m", "check_wheel_contents", str(wheel))

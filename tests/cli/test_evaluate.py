@@ -93,6 +93,7 @@ def test_json_is_one_object_about_the_scenario(evaluate):
 FEW = ("--max-labels", "16", "--batch", "8")
 
 
+@takes_turns
 def test_the_same_command_says_the_same_with_any_number_of_workers(evaluate, tmp_path):
     options = (*FEW, "--json", "--person", "exact,blunders10")
     one = evaluate(*options, "-o", tmp_path / "one").stdout

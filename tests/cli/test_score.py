@@ -19,6 +19,7 @@ from grammarlab.errors import LanguageError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.presets import RuleChoices
 from grammarlab.pages.scoring.session import Session
+from tests.cases import takes_turns
 from tests.signals import with_sigint
 from tests.waiting import PATIENCE
 
@@ -83,6 +84,7 @@ async def see_pictures(address):
         pass
 
 
+@takes_turns
 def test_meshes_that_are_not_there_are_told_once(rules, tmp_path):
     path = rules('Lot --> extrude(3) comp(f) { top : i("oak.obj") A | side : i("win" + "dow.glb") i("oak.obj") B }')
     with served(path, "--session", tmp_path / "a.db", "--no-browser") as process:

@@ -21,7 +21,7 @@ from grammarlab.synthesis.label_synthesis import synthesize
 from grammarlab.synthesis.mesh.building_files import read_mesh, write_glb
 from grammarlab.synthesis.mesh.surface import edge_numbers
 from grammarlab.synthesis.units import stock_of
-from tests.cases import some
+from tests.cases import some, takes_turns
 from tests.synthesis.analyses import analysed_once
 from tests.synthesis.houses import BASE, MARGIN, RECESS, TOP, WINDOW, house
 
@@ -120,6 +120,7 @@ def test_wishes_are_kept_and_the_family_is_ready_to_be_sampled(run, building: Pa
         assert width / 3.0 == pytest.approx(round(width / 3.0), abs=1e-3)
 
 
+@takes_turns
 @pytest.mark.parametrize("pitch", [3.0, 3.5])
 def test_samples_of_the_family_are_closed_houses_with_windows_on_all_sides(run, tmp_path: Path, pitch: float) -> None:
     """The volume of a house is that of a box less the recesses of whole windows, as large as in the example.
@@ -164,6 +165,7 @@ def test_parts_are_made_after_the_example_that_a_map_names(run, building: Path, 
     assert made["watertight"]
 
 
+@takes_turns
 def test_shops_keep_their_ground_floor_and_their_door(run, tmp_path: Path) -> None:
     rules = examples_folder() / "facades" / "blocks.cga"
     options = ["--start", "Shops", "--attr", "columns=5", "--attr", "storeys=4", "-n", 1, "--format", "ply"]

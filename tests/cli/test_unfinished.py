@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from grammarlab.cli.console import Unfinished
+from tests.cases import takes_turns
 from tests.runs.grammars import TOWER
 from tests.runs.processes import descendants
 from tests.waiting import PATIENCE
@@ -64,6 +65,7 @@ def begun(tmp_path: Path, out: str) -> subprocess.Popen[str]:
     return process
 
 
+@takes_turns
 def test_workers_that_are_killed_cost_nothing_but_time_until_there_are_too_many(tmp_path: Path):
     with begun(tmp_path, "once") as process:
         os.kill(workers(process.pid)[0], signal.SIGKILL)

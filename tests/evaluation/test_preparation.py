@@ -174,6 +174,7 @@ def test_a_product_of_draws_is_found_as_one_column():
     assert curve.points[-1].js < 0.01
 
 
+@takes_turns
 def test_a_relation_of_siblings_below_different_branches_is_found():
     _, curve = learned("100 * {Lot[Block >> Red. + Block >> Blue.]}", ("paths",), 64)
     assert curve.points[-1].js < 0.01

@@ -20,6 +20,7 @@ QUICK = {"fit": "kde", "query": "density", "warm": True}
 """A quick learner, for what does not depend on the learner."""
 
 
+@takes_turns
 def test_a_learner_that_has_seen_every_kind_of_model_is_exact():
     material = world()
     _, curve = protocol.run(material, POOL // 3, seed=1, max_labels=POOL)

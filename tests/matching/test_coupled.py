@@ -33,6 +33,7 @@ def mislabelled(match: Match) -> int:
     return compare(match, match.elements.truth)["mislabelled"]
 
 
+@takes_turns
 @pytest.mark.parametrize("noise", some([0.0, 4.0]))
 def test_rectangles_of_figure_5_2_share_what_they_share_with_noise_of_four_spacings(noise):
     found = couple(figure(noise), TEMPLATES, 0)

@@ -11,6 +11,7 @@ import pytest
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.language.presets import RuleChoices
 from grammarlab.notebook import RuleView, ScoringSession
+from tests.cases import takes_turns
 from tests.waiting import PATIENCE, wait_until
 
 
@@ -180,6 +181,7 @@ def said_by_script(tmp_path, *lines):
     return done.stderr
 
 
+@takes_turns
 def test_a_script_without_a_guard_is_told_to_have_one(tmp_path):
     said = said_by_script(tmp_path, 'gl.ScoringSession("toy", "toys.db", jobs=2)')
     assert "GrammarlabError: worker processes import the script that starts them" in said

@@ -13,6 +13,7 @@ from grammarlab.rendering import choice as choice_module
 from grammarlab.rendering.choice import RendererChoice, choose
 from grammarlab.rendering.rasterize import OpenGLRenderer
 from grammarlab.rendering.raycast import RaycastRenderer
+from tests.cases import takes_turns
 from tests.waiting import PATIENCE
 
 
@@ -68,6 +69,7 @@ def test_the_first_platform_that_works_is_chosen(monkeypatch):
     assert found.make() == OpenGLRenderer("osmesa")
 
 
+@takes_turns
 def test_trying_leaves_the_environment_alone(monkeypatch):
     monkeypatch.delenv("PYOPENGL_PLATFORM", raising=False)
     before = dict(os.environ)

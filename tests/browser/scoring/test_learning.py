@@ -103,10 +103,14 @@ def test_models_come_in_all_ways(learned):
 def test_scrolling_on_shows_what_is_in_line_below_and_the_last_score_asks_for_others(learned):
     before = learned.models()
     learned.page.locator(".gl-stage").hover()
-    wait_until(lambda: learned.page.mouse.wheel(0, 500) or learned.cells.count() > 32)
+    # Once, to the end: what is turned again when more has come asks for still more.
+    learned.page.mouse.wheel(0, 100_000)
+    wait_until(lambda: learned.cells.count() > 32)
     after = learned.models()
     assert set(before) < set(after)
     assert len(set(after)) == len(after)
+    # Later than what counts as scrolled to, so that the click on the last one asks for no more below it.
+    learned.page.wait_for_timeout(1600)
     # All at once, then the last one by a key: nothing is left to score, so that others come.
     learned.cell(0).click()
     learned.press("Control+a", "5", "Escape")

@@ -15,6 +15,7 @@ from grammarlab.learning.designs.design_space import AbstractDesignSpace
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.species_space import SpeciesSpace
 from grammarlab.trees.species_file import parse
+from tests.cases import takes_turns
 from tests.learning.bits import BitsSpace
 
 GRAMMARS = Path(__file__).parents[3] / "grammars"
@@ -25,6 +26,7 @@ SPACES = {
 }
 
 
+@takes_turns
 @pytest.mark.parametrize("space", SPACES.values(), ids=SPACES)
 def test_candidates_have_the_values_of_their_formulas(space: AbstractDesignSpace[Any]):
     designs = [space.make([Address(False, 3, number) for number in range(24)]), *space.sample(True, 8, 5)]

@@ -121,6 +121,7 @@ def test_learned_files_can_be_learned_from_again():
     assert second.measured.after.js < 0.03
 
 
+@takes_turns
 def test_cells_divide_the_pool_in_the_units_of_its_columns_as_they_divide_rows():
     study, state = studied(wide_and_upright, SPACE)
     pool = species_target._pool_of(SPACE, study, state, predict(study, state))
@@ -132,6 +133,7 @@ def test_cells_divide_the_pool_in_the_units_of_its_columns_as_they_divide_rows()
     assert len(np.unique(number)) == len(cells) == len(np.unique(leaf)) == len(np.unique([number, leaf], axis=1).T)
 
 
+@takes_turns
 def test_samples_of_a_learned_file_have_scenes():
     assert learned_from(slender_or_stout).learned.scene(2, 1).num_models == 2
 

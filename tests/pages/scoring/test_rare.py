@@ -155,6 +155,7 @@ def newly_shown(session: Session, way: str) -> list[str]:
     return shown_models(window.state(lambda state: state["way"] == way and not state["updating"]))
 
 
+@takes_turns
 def test_a_person_is_told_once_and_shown_models_of_the_wider_pool(session: Session, tmp_path: Path):
     window = Window(session)
     state = widened(session, window)
@@ -170,6 +171,7 @@ def test_a_person_is_told_once_and_shown_models_of_the_wider_pool(session: Sessi
         assert store.record.wide
 
 
+@takes_turns
 def test_what_is_undone_later_does_not_take_the_models_away(session: Session):
     window = Window(session)
     models = shown_models(widened(session, window))
@@ -186,6 +188,7 @@ def test_what_is_undone_later_does_not_take_the_models_away(session: Session):
     assert any(model not in ModelPool(0, SIZE).index for model in newly_shown(session, "uniform"))
 
 
+@takes_turns
 def test_a_session_that_is_opened_again_offers_the_same_models(session: Session, tmp_path: Path, posts: str):
     window = Window(session)
     before = widened(session, window)

@@ -151,6 +151,7 @@ def test_imported_models_that_are_not_of_the_pool_are_shown_predicted_and_sorted
     assert kind_of(session.call("state")[0]["grids"][0]["models"][0]) == kind_of(liked)
 
 
+@takes_turns
 def test_predictions_stay_with_a_factor_that_is_called_otherwise_and_go_to_no_other(session: Session):
     window = Window(session)
     models = shown_models(session.call("state")[0])

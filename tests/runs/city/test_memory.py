@@ -13,6 +13,7 @@ import shapely
 from grammarlab.city.plan import read_plan
 from grammarlab.runs.city.survey import Survey, surveyed
 from grammarlab.runs.city.zone_rules import ZoneRules
+from tests.cases import takes_turns
 from tests.runs.city.plans import write_plan
 
 
@@ -36,6 +37,7 @@ def bytes_of(folder: Path, num: int, kept: Callable[[Survey], Survey]) -> int:
     return size
 
 
+@takes_turns
 @pytest.mark.parametrize(
     ("kept", "most"),
     [(lambda survey: survey, 480), (lambda survey: survey.without_buildings([False, False]), 220)],

@@ -9,6 +9,7 @@ from grammarlab.runs.evaluate.pictures import COLUMNS, draw_examples
 from grammarlab.runs.sample.contact_sheet import PAPER, lay_out
 from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.runs.work.executors import SERIAL
+from tests.cases import takes_turns
 
 SCENARIO = """
 name = "boxes"
@@ -50,6 +51,7 @@ def test_a_page_has_a_row_for_every_group_that_is_not_empty(tmp_path: Path):
     assert not shown(1, COLUMNS - 1)
 
 
+@takes_turns
 def test_the_page_is_the_same_for_any_number_of_processes(tmp_path: Path):
     (tmp_path / "boxes.cga").write_text("attr h = rand(1, 5)\nLot --> extrude(h) Red\nRed --> B.")
     (tmp_path / "boxes.toml").write_text(SCENARIO)

@@ -62,6 +62,7 @@ def test_persons_make_grammars_that_come_near(scenario, tmp_path):
     assert text.rstrip().endswith("| 2/2 |")
 
 
+@takes_turns
 def test_the_page_has_both_tables(scenario, tmp_path, monkeypatch):
     request = EvaluationRequest.of(
         (scenario,), methods="default", seeds=1, max_labels=16, density=True, grammar_labels="16,other=99"

@@ -304,6 +304,7 @@ def test_ties_alone_like_nothing(grammar, tmp_path):
         learn(tmp_path, ties(grammar))
 
 
+@takes_turns
 def test_scores_of_nothing_are_no_scale(grammar, tmp_path):
     for least in (5e-324, 1e-300, 1e-160):
         labels = scored(grammar, lambda forest, least=least: least * red_below(forest), number=16)

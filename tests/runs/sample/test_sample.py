@@ -22,6 +22,7 @@ from grammarlab.runs.sample.run import repeat_run, sample_run
 from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.runs.work.executors import Processes
 from grammarlab.scene import realize, triangles
+from tests.cases import takes_turns
 from tests.runs.grammars import BROKEN, TOWER
 
 
@@ -180,6 +181,7 @@ def test_the_buffers_of_gltf_assets_count_too(tmp_path):
     assert named.keys() == files.keys()
 
 
+@takes_turns
 def test_a_picture_that_is_there_is_not_drawn_again(tmp_path):
     request = tower(tmp_path, image=True)
     result = sample_run(request, tmp_path / "out")

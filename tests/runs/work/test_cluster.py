@@ -28,7 +28,7 @@ from grammarlab.runs.work.executors import SERIAL
 from grammarlab.runs.work.machine import Machine, this_machine
 from grammarlab.runs.work.run_folder import only_run_in
 from grammarlab.runs.work.task_answers import result_of
-from tests.cases import some
+from tests.cases import some, takes_turns
 from tests.runs import tasks
 from tests.runs.city.plans import boxes, files_of, write_plan
 from tests.runs.dask_processes import DaskCluster, dask_cluster
@@ -111,6 +111,7 @@ def files(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
+@takes_turns
 def test_a_worker_that_is_killed_changes_no_byte(clusters: Clusters, tmp_path: Path, whole: dict[str, bytes]):
     cluster = clusters(2)
     executor = executor_of(0, cluster.address)

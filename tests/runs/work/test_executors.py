@@ -18,6 +18,7 @@ from grammarlab.errors import LanguageError, WorkerError
 from grammarlab.runs.work.executor_choice import executor_of
 from grammarlab.runs.work.executors import SERIAL, AbstractExecutor, Processes, Serial
 from grammarlab.runs.work.workers import MAX_ATTEMPTS, available_cores, reporting
+from tests.cases import takes_turns
 from tests.runs import tasks
 from tests.runs.processes import descendants, expect_gone
 from tests.waiting import PATIENCE
@@ -61,6 +62,7 @@ def test_there_may_be_few_tasks(executor: AbstractExecutor, number: int):
     assert executor.results(tasks.square, range(number)) == [0, 1][:number]
 
 
+@takes_turns
 @ANY
 def test_thousands_of_tiny_tasks(executor: AbstractExecutor):
     number = 300 if executor is SERIAL else 5_000
