@@ -72,7 +72,6 @@ class Recorder:
     def add_roots(self, models: Ids, symbols: Ids) -> Ids:
         """Rows [N] of the roots of models [N] with symbols [N]; they come first."""
         self._roots = symbols
-        self._counts = np.zeros(len(symbols), dtype=np.int64)
         self._nodes.append((models, None, 0, 0, None))
         if self.lineage is not None:
             self.lineage.add_roots(models)
@@ -194,6 +193,8 @@ class Recorder:
 
     def largest_model(self) -> tuple[int, int]:
         """The model with the most nodes so far, and their number."""
+        if self._num_counted == 0:
+            self._counts = np.zeros(len(self._roots), dtype=np.int64)
         for models, *_ in self._nodes[self._num_counted :]:
             self._counts += np.bincount(models, minlength=len(self._counts))
         self._num_counted = len(self._nodes)

@@ -43,6 +43,17 @@ def test_the_budget_is_for_each_model_not_for_the_batch():
     assert forest.shapes_per_model().tolist() == [201] * 100
 
 
+def test_the_budget_is_that_of_the_largest_model_however_often_nodes_are_counted():
+    grammar = Grammar.parse(
+        "Lot --> Step(0) Step(n) --> case n < 12 : 50% : A Step(n + 1) else : A A A Step(n + 1) else : NIL"
+    )
+    counts = derive(grammar, 40, seed=1).shapes_per_model()
+    largest = int(counts.max())
+    assert len(derive(grammar, 40, seed=1, budget=Budget(shapes=largest)).nodes) == counts.sum()
+    with pytest.raises(BudgetError, match=f"model {counts.argmax()} of seed 1 has more than {largest - 1} shapes"):
+        derive(grammar, 40, seed=1, budget=Budget(shapes=largest - 1))
+
+
 @pytest.mark.parametrize("value", ["0 / 0", "1 / 0", "-(1 / 0)", 'float("abc")'])
 @pytest.mark.parametrize("operation", ["t(f, 0, 0)", "s(f, 1, 1)", "r(0, f, 0)", "extrude(f)", "split(x) { f : A }"])
 def test_numbers_that_are_not_finite_count_as_zero_with_a_warning_at_their_place(operation, value):
