@@ -10,6 +10,7 @@ from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.mesh_table import MeshTable
 from grammarlab.geometry.meshes.corner_data import CornerData
 from grammarlab.geometry.meshes.mesh import Meshes
+from grammarlab.geometry.meshes.primitives import box, quad
 from grammarlab.language.grammar import Grammar
 
 
@@ -89,3 +90,12 @@ def test_rotations_of_alike_frames_equal_those_of_each():
     expected = table.rotations(table.rotated(frames, turns[number]))
     assert table.rotations(alike).tobytes() == expected.tobytes()
     assert alike[0] == alike[4]
+
+
+@pytest.mark.parametrize("rows", [[0, 1], [1, 0], [0, 0], [1], [0, 1, 1], []])
+def test_meshes_at_rows_are_those_of_a_list(rows):
+    meshes = Meshes.concatenate([box(), quad()])
+    each = [meshes.take(np.array([row])) for row in rows]
+    taken = meshes.take(np.array(rows, dtype=np.int64))
+    assert taken.same_as(Meshes.concatenate(each)) if each else len(taken) == 0
+    assert (taken is meshes) == (rows == [0, 1])

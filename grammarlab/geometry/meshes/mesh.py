@@ -135,7 +135,9 @@ class Meshes:
         )
 
     def take(self, meshes: NDArray[np.integer]) -> Meshes:
-        """The meshes [K] with these indices, in any order, repeats allowed."""
+        """The meshes [K] with these indices, in any order, repeats allowed; all of them in order share their arrays."""
+        if len(meshes) == len(self) and (meshes == np.arange(len(self))).all():
+            return self
         faces, mesh_faces = take_rows(self.mesh_faces, meshes)
         corner_index, face_offsets = take_rows(self.face_offsets, faces)
         point_index, mesh_points = take_rows(self.mesh_points, meshes)
