@@ -6,7 +6,7 @@
 # docs   the documentation, as pages in out/site; tests build it too
 # reference  the generated parts of the documentation, in docs/
 # bench  how fast it is, as ratios within one run
-# pictures  the pictures of the guide
+# pictures  the pictures of the guide, and samples while a grammar is learned, in motion
 # plausible-trees   how many trees each clause of T1 removes
 # species-pictures  the pictures of bark and leaves of the shipped species
 # cga-pictures  the pictures of the operations of CGA
@@ -90,6 +90,8 @@ pictures: $(VENV)/.dev
 	$(BIN)/grammarlab facade show $(GUIDE)/facade/house.facade.json --pixels 25 -o $(GUIDE)/house.png
 	$(BIN)/grammarlab facade show $(GUIDE)/facade/wider/001.facade.json --pixels 25 -o $(GUIDE)/wider.png
 	$(SHEET) docs/images/guide_house.png $(GUIDE)/house.png $(GUIDE)/wider.png
+	$(BIN)/grammarlab label B1 -n 128 --seed 1 -o $(GUIDE)/labels.csv
+	$(BIN)/python -m docs.gen.motion $(GUIDE)/labels.csv docs/images/learned.webp
 
 FACADES := grammars/facades
 FACE    := $(BIN)/grammarlab facade read $(FACADES)/houses.cga --face front --seed 1
