@@ -22,6 +22,10 @@ _Integer = TypeVar("_Integer", bound=np.integer)
 ROUNDING = 1e-9
 """Largest relative error of sums and products of many numbers: what differs less is equal."""
 
+MAX_STEPS = 200
+"""Largest number of steps of an iteration that ends by itself. More are only slower."""
+BATCH = 1_000
+"""Number of rows of a table that are made at once: more need more memory, fewer more calls."""
 _ROUNDING_OF_SUM = 1e-12
 """Largest relative error of one sum of a few terms."""
 _HASH_FACTORS = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)

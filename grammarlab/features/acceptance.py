@@ -25,7 +25,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import BATCH, Floats, Ints
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation.derive import derive, derive_chunks
 from grammarlab.derivation.forest import Forest, RuleName
@@ -48,8 +48,6 @@ MAX_TRIES = _RARE_FACTOR * MAX_USUAL_TRIES
 """Largest number of candidates of one model."""
 _MAX_SYMBOLS = 10_000
 """Largest number of new symbols in one annotation."""
-_MAX_CANDIDATES_AT_ONCE = 2_048
-"""Number of candidates that are made at once."""
 _CANDIDATES, _DECISIONS = int.from_bytes(b"ACCEPT"), int.from_bytes(b"DECIDE")
 """Lanes of random numbers: seeds of candidates, and decisions about them."""
 _SYMBOL = re.compile(r"([^\W\d][\w.]*)/(\d{1,3}) ([^\W\d][\w.]*)((?: \S+:\S+)*)")
@@ -254,12 +252,12 @@ class _AcceptingSearch:
         num = 1
         while len(waiting) and first < end:
             num = min(num, end - first)
-            for models in np.array_split(waiting, -(-len(waiting) * num // _MAX_CANDIDATES_AT_ONCE)):
+            for models in np.array_split(waiting, -(-len(waiting) * num // BATCH)):
                 self._try(models, first, num)
             waiting = waiting[self.tries[waiting] == 0]
             first += num
             # The number doubles each time, as long as the candidates of a round fit into a few chunks.
-            num = max(1, min(2 * num, _MAX_CANDIDATES_AT_ONCE // max(1, len(waiting))))
+            num = max(1, min(2 * num, BATCH // max(1, len(waiting))))
         return waiting
 
     def _try(self, models: Ints, first: int, num: int) -> None:

@@ -43,6 +43,8 @@ SEVERAL = 8
 """Number of alternatives that a search continues with, those that a screening ranks first. More are only slower."""
 MANY = 24
 """Number of alternatives that are compared exactly, those that a screening ranks first. More are only slower."""
+MIN_PART = 8
+"""Smallest number of labels that may have an explanation of their own: those of a leaf, or of a voice."""
 HOPELESS = 12.0
 """Loss in nats that a search does not expect to make up for."""
 SCORE_STEP = 1.0

@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.base import MANY_LABELS, MAX_SCORE, MIN_SHARE, SCORE_STEP
+from grammarlab.preference.base import FEW, MANY_LABELS, MAX_SCORE, MIN_SHARE, SCORE_STEP
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import observe
@@ -40,7 +40,7 @@ _LIKELIHOOD_POWER = 0.25
 their structure from all scores."""
 EVIDENCE_POWER = 0.5
 """Power of the evidence of a part: it is that of the best explanation of many, found with all labels."""
-NUM_FOLDS = 3
+NUM_FOLDS = FEW
 """Number of parts of the labels, each held out once."""
 
 Sketch = tuple[GroupedPreference, PartitionPreference]

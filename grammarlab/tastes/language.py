@@ -18,7 +18,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import ROUNDING, Floats
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.tastes import aggregates, arithmetic, relations, sequences
 from grammarlab.tastes.basic_quantities import Elements
@@ -26,7 +26,7 @@ from grammarlab.tastes.quantities import Block, as_block
 
 MAX_CANDIDATES = 20_000
 """Largest number of candidates."""
-_DIGITS = 9
+_DIGITS = round(-math.log10(ROUNDING))
 """Number of digits by which columns differ."""
 
 Production: TypeAlias = Callable[[Elements], Iterator[Block]]

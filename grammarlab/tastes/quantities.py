@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, TypeAlias, overload
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import BATCH, Floats, Ints
 from grammarlab.features.expression import MAX_CHARACTERS, MAX_FEATURES
 from grammarlab.features.patterns.operations import apply
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
@@ -30,8 +30,6 @@ MAX_TEXT = MAX_CHARACTERS // 4
 """Largest number of characters of a candidate: a function of it can be half an expression, and may name it twice."""
 MOST_COLUMNS = 1_000
 """Largest number of columns of one recipe."""
-_BLOCK = 512
-"""Number of columns that are made at once."""
 
 
 class Later(Sequence[Formula | Atom]):
@@ -119,7 +117,7 @@ def blocks(recipe: Recipe, tables: Sequence[Quantities], indices: Ints) -> Itera
         operators += 1
 
     recipe(counted, *(None for _ in tables))
-    for rows in np.split(indices, range(_BLOCK, len(indices), _BLOCK)) if len(indices) else ():
+    for rows in np.split(indices, range(BATCH, len(indices), BATCH)) if len(indices) else ():
         yield Block(
             len(rows), operators, partial(_values, recipe, tables, rows), partial(_formula, recipe, tables, rows)
         )

@@ -6,15 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from grammarlab.arrays import ROUNDING, Floats
+from grammarlab.arrays import MAX_STEPS, ROUNDING, Floats
 from grammarlab.density.exact.splitting import PLAIN, Base, Splitting, Variant, Way
 from grammarlab.density.grammar_skeleton import Alternative, Body, Chance, leaves
 from grammarlab.errors import InexactError
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import SymbolKey
-
-_MAX_STEPS = 200
-"""Largest number of Newton steps."""
 
 
 class InsideWeights:
@@ -87,7 +84,7 @@ class InsideWeights:
         """
         index_of = {number: i for i, number in enumerate(group)}
         variants = [self._splitting.variants[number] for number in group]
-        for _ in range(_MAX_STEPS):
+        for _ in range(MAX_STEPS):
             before = self.variant[list(group)]
             values, slopes = np.zeros(len(group)), np.zeros((len(group), len(group)))
             for i, variant in enumerate(variants):

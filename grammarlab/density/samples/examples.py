@@ -45,7 +45,7 @@ EXAMPLE_METHODS: tuple[ExampleMethod, ...] = get_args(ExampleMethod)
 
 _BINS = (1, 2, 4, 8, 16)
 """Numbers of equal ranges into which a drawn number may be cut."""
-_NUM_RANGES = 16
+_NUM_RANGES = _BINS[-1]
 """Number of ranges of a drawn number if probabilities are shrunk."""
 _MIN_HELD_OUT_EXAMPLES = 50
 """Number of examples from which some are held out to judge a mixture."""

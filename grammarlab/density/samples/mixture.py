@@ -16,11 +16,9 @@ from scipy import sparse
 from scipy.spatial.distance import cdist
 from scipy.special import xlogy
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import BATCH, MAX_STEPS, Floats, Ints
 from grammarlab.errors import GrammarlabError
 
-_MAX_STEPS = 250
-"""Largest number of EM steps."""
 _TOLERANCE = 1e-6
 """Smallest gain of the mean log-likelihood of a step, in nats, before EM ends."""
 _NEIGHBOUR_SHARE = 1e-3
@@ -33,8 +31,6 @@ SMOOTHING = 0.5
 """Number of derivations by the original grammar in each component, before held-out models are evaluated."""
 _MAX_DENSE = 50_000_000
 """Largest size of dense tables of counts; larger ones are sparse."""
-_BLOCK_ROWS = 1_000
-"""Number of rows per block of distances, which bounds the memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +103,7 @@ def fit_mixture(
     mixture = maximised(cells, counts, responsibilities)
     table = counts.toarray() if len(weights) * len(cells.original) <= _MAX_DENSE else counts
     log_likelihoods: list[float] = []
-    for _ in range(_MAX_STEPS):
+    for _ in range(MAX_STEPS):
         log_joint = mixture.log_ratios(cells, table)
         highest = log_joint.max(axis=1)
         responsibilities = np.exp(log_joint - highest[:, None])
@@ -251,7 +247,7 @@ def complete_log_likelihood(cells: Cells, counts: Floats) -> Floats:
 
 def _neighbours(rows: Floats, near: float) -> sparse.csr_array:
     """[N, N] whether two rows are neighbours; each row is its own neighbour."""
-    blocks = [rows[i : i + _BLOCK_ROWS] for i in range(0, len(rows), _BLOCK_ROWS)]
+    blocks = [rows[i : i + BATCH] for i in range(0, len(rows), BATCH)]
     most = max(float(cdist(block, rows, "sqeuclidean").max()) for block in blocks)
     bound = near * most
     return sparse.csr_array(

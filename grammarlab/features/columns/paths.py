@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import Floats, Ints, distinct, distinct_counts, offsets_from_counts, runs
+from grammarlab.arrays import MAX_STEPS, Floats, Ints, distinct, distinct_counts, offsets_from_counts, runs
 from grammarlab.derivation.forest import Site
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
@@ -39,8 +39,6 @@ from grammarlab.features.patterns.tree_index import Trees
 
 _MAX_BRANCHES = 30
 """Largest number of branches of a choice with counts per branch; otherwise the branch number is a quantity."""
-_MAX_STEPS = 200
-"""Largest number of levels between an edge and a choice."""
 
 
 class Tally(NamedTuple):
@@ -344,7 +342,7 @@ def _ancestors_of_choices(trees: Trees, label: Ints, labels: NodeLabels) -> Iter
     """Nodes that are choices with their parents, then with their grandparents, and so on."""
     lower = np.flatnonzero(labels.chosen[label])
     middle = trees.parent[lower]
-    for _ in range(_MAX_STEPS):
+    for _ in range(MAX_STEPS):
         inner = middle >= 0
         lower, middle = lower[inner], middle[inner]
         if not len(lower):

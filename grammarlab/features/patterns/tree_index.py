@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints, offsets_from_counts
+from grammarlab.arrays import MAX_STEPS, Floats, Ints, offsets_from_counts
 from grammarlab.derivation.forest import Forest, Leaves, NodeIds, Reports
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
@@ -21,8 +21,6 @@ from grammarlab.features.patterns.node_labels import NodeLabels
 
 _MAX_CHILDREN = 1 << 23
 """Upper bound on the number of successors of one rule branch, above that of the largest rule file."""
-_MAX_STEPS = 100
-"""Largest number of levels summed node by node; deeper trees are then summed as a whole, in linear time."""
 _MIN_LOOK_ROWS = 64
 """Smallest number of rows searched for the end of a piece of `Trees._waves`; otherwise twice the previous piece."""
 
@@ -127,7 +125,8 @@ class Trees:
     def sum_below(self, rows: Ints, values: Floats, nodes: Ints) -> Floats:
         """[len(nodes)] sum of the values of all nodes below each node."""
         totals = np.zeros(len(self.model))
-        for _ in range(_MAX_STEPS):
+        # Deeper trees are summed as a whole, in linear time.
+        for _ in range(MAX_STEPS):
             above = self.parent[rows]
             inner = above >= 0
             rows, values = above[inner].astype(np.int64), values[inner]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import BATCH, Floats, Ints
 from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.density.targets.rejection import PILOT_MODELS
@@ -50,9 +50,6 @@ if TYPE_CHECKING:
     from grammarlab.tastes.basic_quantities import Readers
     from grammarlab.tastes.language import Candidates
     from grammarlab.tastes.visible_orders import Orders
-
-_BATCH_MODELS = 1_000
-"""Number of accepted models per batch."""
 
 
 @dataclass(frozen=True)
@@ -148,8 +145,8 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
             for forest in derive_chunks(program, num, seed, first_model=first, assets=self.folder, leaves=False):
                 yield without_geometry(forest)
             return
-        for start in range(first, first + num, _BATCH_MODELS):
-            lots = Lots.of(min(_BATCH_MODELS, first + num - start), seed, first_model=start)
+        for start in range(first, first + num, BATCH):
+            lots = Lots.of(min(BATCH, first + num - start), seed, first_model=start)
             yield without_geometry(self._accepted.derive(lots, program, leaves=False).forest)
 
     def log_ratio(self, designs: Forest) -> Floats:

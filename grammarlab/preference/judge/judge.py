@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.preference.base import MIN_PART
 from grammarlab.preference.growth.person_search import search
 from grammarlab.preference.growth.screening import coarse_bins, gains
 from grammarlab.preference.growth.tree_growth import Tree
@@ -26,8 +27,6 @@ from grammarlab.preference.person import START_PERSONS, Person
 
 _NUM_COMPOSED = 120
 """Number of composed columns that are compared exactly. More are only slower."""
-_MIN_LEAF = 8
-"""Smallest number of labels of a leaf of known columns that composed columns may explain."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +135,7 @@ def _shortlist(composed: Floats, prices: Floats, tree: Tree, evidence: LeafEvide
     """The composed columns that may explain most: of all scores, or of a leaf of known columns."""
     coarse = coarse_bins(composed)
     worth = np.zeros(composed.shape[1])
-    for part in (tree.labels, *(cell for cell in tree.cells() if len(cell) >= _MIN_LEAF)):
+    for part in (tree.labels, *(cell for cell in tree.cells() if len(cell) >= MIN_PART)):
         possible = evidence.best_possible(part) - evidence.of_labels(part)
         worth = np.maximum(worth, np.minimum(gains(coarse, part, evidence.scores), possible))
     return np.sort(np.argsort(prices - worth, kind="stable")[:_NUM_COMPOSED])

@@ -24,7 +24,7 @@ from typing import Literal
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.base import MANY
+from grammarlab.preference.base import MANY, MIN_PART
 from grammarlab.preference.growth.person_search import most_likely, search
 from grammarlab.preference.growth.screening import coarse_bins, gains_of_parts
 from grammarlab.preference.growth.tree_growth import Tree, TreeGrowth
@@ -34,8 +34,6 @@ from grammarlab.preference.person import START_PERSONS, Person
 
 Kind = Literal["change", "turns"]
 
-MIN_VOICE = 8
-"""Smallest number of scores of a voice."""
 LENGTHS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)
 """Possible numbers of scores of a turn."""
 ODDS_OF_ONE = 20.0
@@ -116,16 +114,16 @@ def _are_sorted(columns: Floats, scores: Floats) -> bool:
     """Whether scores, or a column of several values, only rise or only fall."""
     steps = np.diff(np.column_stack([scores, columns]), axis=0)
     is_sorted = ~np.any(steps < 0.0, axis=0) | ~np.any(steps > 0.0, axis=0)
-    has_several = np.count_nonzero(steps, axis=0) >= MIN_VOICE
+    has_several = np.count_nonzero(steps, axis=0) >= MIN_PART
     return bool(is_sorted[0] or np.any(is_sorted & has_several))
 
 
 def _divisions(num: int) -> Iterator[Division]:
     """Divisions of n scores that are compared quickly."""
-    if num >= 2 * MIN_VOICE:
-        places = np.unique(np.linspace(MIN_VOICE, num - MIN_VOICE, MANY).round().astype(np.int64))
+    if num >= 2 * MIN_PART:
+        places = np.unique(np.linspace(MIN_PART, num - MIN_PART, MANY).round().astype(np.int64))
         yield from (Division.at(place, num) for place in places.tolist())
-        yield from (Division.by_turns(length, num) for length in LENGTHS if 2 * length + MIN_VOICE <= num)
+        yield from (Division.by_turns(length, num) for length in LENGTHS if 2 * length + MIN_PART <= num)
 
 
 def _worth(columns: Floats, prices: Floats, scores: Floats, divisions: Sequence[Division]) -> Floats:
@@ -183,7 +181,7 @@ def _moved(labels: Labels, two: TwoVoices) -> TwoVoices:
     num, evidence = len(labels.scores), labels.evidence.for_person(two.person)
     first, second = (_predicted(labels, tree, evidence) for tree in two.trees)
     before = np.concatenate([[0.0], np.cumsum(first - second)])
-    place = MIN_VOICE + int(np.argmax(before[MIN_VOICE : num - MIN_VOICE + 1]))
+    place = MIN_PART + int(np.argmax(before[MIN_PART : num - MIN_PART + 1]))
     moved = two if place == two.division.number else _explained(labels, Division.at(place, num))
     return max(two, moved, key=lambda item: item.total)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cholesky, solve_triangular
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import MAX_STEPS, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, MIDDLE, Rows, dense_rows
 from grammarlab.preference.labels import COMPARISONS, Kind
@@ -30,8 +30,6 @@ from grammarlab.preference.person import (
 )
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
 
-_MAX_SWEEPS = 50
-"""Largest number of sweeps over all sites."""
 _LEAST_PRECISION = 1e-8
 """Precision, per squared point, of a site that says nothing: a deviation of 10,000 points."""
 _DAMPING = 0.7
@@ -229,7 +227,7 @@ def propagate(mean: Floats, covariance: Floats, intervals: Intervals, noise: flo
         blunders: probability of a blunder.
     """
     sites = _sites(mean, covariance, np.full(len(intervals), _LEAST_PRECISION), np.zeros(len(intervals)))
-    for _ in range(_MAX_SWEEPS):
+    for _ in range(MAX_STEPS):
         cavity_means, cavity_variances = sites.cavity()
         _, means, variances = matched(intervals, cavity_means, cavity_variances, noise, blunders)
         precisions = np.maximum(1.0 / variances - 1.0 / cavity_variances, _LEAST_PRECISION)
