@@ -47,7 +47,7 @@ MODEL_NOISES = NOISES[2:]
 """Noises around values of models, which miss the person's values by some points."""
 MODEL_NOISE = MODEL_NOISES[0]
 """The least of these, in points."""
-START_NOISES = (15.0, 5.0, 0.5)
+START_NOISES = NOISES[6::-3]
 """Noises that searches start with, in points, largest first: trees found under much noise stay small, trees found under
 little noise explain the noise."""
 START_BLUNDERS = BLUNDERS[1]

@@ -15,12 +15,11 @@ import numpy as np
 from grammarlab.arrays import Ints
 from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.tastes.labelled_nodes import LabelledNodes
+from grammarlab.tastes.quantities import MOST_COLUMNS
 from grammarlab.tastes.roles import Roles
 
 MAX_ANCESTORS = 12
 """Largest number of nodes above a choice in a line."""
-_MAX_LINES = 600
-"""Largest number of lines of one length."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +87,7 @@ class Lines:
         """
         inside = np.flatnonzero(self._above[length] >= 0)
         last = self._symbols[0] if by_symbol else self._kind
-        for members in _alike(self._paths[length][inside], self._symbols[length][inside], last[inside])[:_MAX_LINES]:
+        for members in _alike(self._paths[length][inside], self._symbols[length][inside], last[inside])[:MOST_COLUMNS]:
             yield self._line(inside[members], length)
 
     def way(self, row: int) -> tuple[int, ...]:

@@ -18,7 +18,7 @@ from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.choice_lines import Line, Lines
 from grammarlab.tastes.choice_places import total
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.quantities import Later, Quantities
+from grammarlab.tastes.quantities import MOST_SETS, Later, Quantities
 
 _MAX_LEVELS = 3
 """Largest number of levels from a node or a part down to its choice."""
@@ -26,8 +26,6 @@ _MAX_PAIRS = 400
 """Largest number of kinds of pairs."""
 _MAX_LINES = 24
 """Largest number of choices below the nodes of one symbol that are compared."""
-_MAX_RUNS = 100
-"""Largest number of patterns of a pair that is made alike."""
 
 
 class Pair(NamedTuple):
@@ -149,14 +147,14 @@ def _siblings(nodes: LabelledNodes, line: Line, distance: int) -> Pair | None:
     def both() -> list[Pattern]:
         return _runs(line.any, line.any, distance)
 
-    num = sum(min(len(ones) ** 2 * len(line.bare) ** (distance - 1), _MAX_RUNS + 1) for ones in line.labels)
+    num = sum(min(len(ones) ** 2 * len(line.bare) ** (distance - 1), MOST_SETS + 1) for ones in line.labels)
     return _pair_of(nodes, num, alike, both, line.tops[rows], line.number[rows] == line.number[partner])
 
 
 def _runs(ends: Sequence[Pattern], between: Sequence[Pattern], distance: int) -> list[Pattern]:
     """Runs of siblings of which the first and the last are some patterns."""
     runs = product(ends, *[between] * (distance - 1), ends)
-    return [Pattern(below=(Below(run),)) for run in islice(runs, _MAX_RUNS + 1)]
+    return [Pattern(below=(Below(run),)) for run in islice(runs, MOST_SETS + 1)]
 
 
 def _indices(part: Ints, targets: Ints) -> Ints:
@@ -183,7 +181,7 @@ def _pair_of(
         rows: [R] a node of each pair.
         same: [R] whether it is made alike.
     """
-    if not 0 < num_patterns <= _MAX_RUNS:
+    if not 0 < num_patterns <= MOST_SETS:
         return None
     model = nodes.model[rows]
     num_alike, num_both = (np.bincount(m, minlength=nodes.num_models).astype(np.float64) for m in (model[same], model))

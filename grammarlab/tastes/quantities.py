@@ -29,7 +29,9 @@ Recipe: TypeAlias = Callable[..., Any]
 MAX_TEXT = MAX_CHARACTERS // 4
 """Largest number of characters of a candidate: a function of it can be half an expression, and may name it twice."""
 MOST_COLUMNS = 1_000
-"""Largest number of columns of one recipe."""
+"""Largest number of columns of one recipe, of pairs of choices, and of symbols or lines that are compared."""
+MOST_SETS = 100
+"""Largest number of sets, sequences or patterns of one kind that are compared."""
 
 
 class Later(Sequence[Formula | Atom]):

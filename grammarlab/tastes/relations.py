@@ -14,12 +14,8 @@ from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.choice_pairs import Pairs, of_neighbours, of_three, pairs_below
 from grammarlab.tastes.choice_places import summed
-from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks, nearest_pairs
+from grammarlab.tastes.quantities import MOST_COLUMNS, Block, Quantities, Recipe, as_block, blocks, nearest_pairs
 
-_MOST_CONTEXTS = 1_000
-"""Largest number of pairs of choices, one beside or below the other."""
-_MOST_PRODUCTS = 800
-"""Largest number of products of a condition of each kind."""
 _MAX_ANCESTORS = 32
 """Largest number of levels between a choice and another one below it."""
 
@@ -92,8 +88,8 @@ def conditional(elements: Elements) -> Iterator[Block]:
     recipe: Recipe = lambda do, flag, a: do("*", flag, a)  # noqa: E731
     flags = elements.flags
     for others in (elements.draws, elements.numerals):
-        yield from blocks(recipe, [flags, others], nearest_pairs(len(flags), len(others), _MOST_PRODUCTS))
-    yield from blocks(recipe, [flags, flags], nearest_pairs(len(flags), most=_MOST_PRODUCTS))
+        yield from blocks(recipe, [flags, others], nearest_pairs(len(flags), len(others), MOST_COLUMNS))
+    yield from blocks(recipe, [flags, flags], nearest_pairs(len(flags), most=MOST_COLUMNS))
 
 
 def _of_roles(elements: Elements) -> tuple[Quantities, Ints]:
@@ -127,7 +123,7 @@ def _contexts(elements: Elements, first: Ints, second: Ints, chosen: Flags, *, d
     inside = chosen[first] & chosen[second]
     codes = nodes.label[first[inside]] * size + nodes.label[second[inside]]
     kinds, index, number = np.unique(codes, return_inverse=True, return_counts=True)
-    frequent = np.sort(np.argsort(-number, kind="stable")[:_MOST_CONTEXTS])
+    frequent = np.sort(np.argsort(-number, kind="stable")[:MOST_COLUMNS])
     rank = np.full(len(kinds), -1)
     rank[frequent] = np.arange(len(frequent))
     is_frequent = rank[index] >= 0

@@ -16,11 +16,10 @@ import numpy as np
 
 from grammarlab.arrays import Ints, connected
 from grammarlab.tastes.labelled_nodes import LabelledNodes
+from grammarlab.tastes.quantities import MOST_COLUMNS
 
 MAX_ALTERNATIVES = 11
 """Largest number of alternatives of a choice."""
-_MAX_SYMBOLS = 600
-"""Largest number of symbols that are compared by the names of their alternatives."""
 _MIN_AGREEING = 2
 """Smallest number of alternatives with the same name of symbols of one role."""
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^\W\d_]+")
@@ -101,7 +100,7 @@ def _is_bare(name: str) -> bool:
 
 def _groups(names: Mapping[str, Sequence[str]]) -> dict[str, int]:
     """A number for each group of symbols that have one role; nothing for symbols alone."""
-    symbols = [symbol for symbol, listed in names.items() if listed][:_MAX_SYMBOLS]
+    symbols = [symbol for symbol, listed in names.items() if listed][:MOST_COLUMNS]
     pairs = [
         (i, j)
         for i, first in enumerate(symbols)

@@ -13,14 +13,8 @@ from grammarlab.arrays import Ints
 from grammarlab.features.patterns.operations import SEQUENCE_RELATIONS
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.choice_places import Choice, are_short, as_quantities
-from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks
+from grammarlab.tastes.quantities import MOST_COLUMNS, MOST_SETS, Block, Quantities, Recipe, as_block, blocks
 
-_MOST_PAIRS = 1_500
-"""Largest number of pairs of places."""
-_MOST_MATCHES = 200
-"""Largest number of pairs of sequences."""
-_MAX_SEQUENCES = 100
-"""Largest number of sequences."""
 _MAX_LENGTH = 16
 """Largest number of places of a sequence."""
 
@@ -35,7 +29,7 @@ def equal_choices(elements: Elements) -> Iterator[Block]:
     kinds = [choice.line.kind for choice in elements.choices]
     pairs = [pair for pair in combinations(range(len(kinds)), 2) if kinds[pair[0]] == kinds[pair[1]]]
     apart = [pair for pair in pairs if not elements.overlaps[pair] and _are_short(elements, pair)]
-    indices = np.array(apart[:_MOST_PAIRS], dtype=np.int64).reshape(-1, 2)
+    indices = np.array(apart[:MOST_COLUMNS], dtype=np.int64).reshape(-1, 2)
     return blocks(lambda do, a, b: do("equal", a, b), [elements.numbers] * 2, indices)
 
 
@@ -81,7 +75,7 @@ def matching_sequences(elements: Elements) -> Iterator[Block]:
     kinds = [elements.choices[sequence[0]].line.kind for sequence in sequences]
     pairs = [(i, j) for i, j in combinations(range(len(kinds)), 2) if kinds[i] == kinds[j]]
     same = [(sequences[i], sequences[j]) for i, j in pairs if len(sequences[i]) == len(sequences[j])]
-    for first, second in same[:_MOST_MATCHES]:
+    for first, second in same[:MOST_SETS]:
         if not elements.overlaps[np.ix_(first, second)].any() and _are_short(elements, first + second):
             for reordered in dict.fromkeys((second, second[::-1])):
                 indices = np.array([[*first, *reordered]])
@@ -111,7 +105,7 @@ def sequences_of(elements: Elements) -> list[tuple[int, ...]]:
         is_sequence = 3 <= len(members) <= _MAX_LENGTH and present.max(initial=0) > 1
         if is_sequence and _are_short(elements, members):
             sequences.setdefault(tuple(members))
-    return list(sequences)[:_MAX_SEQUENCES]
+    return list(sequences)[:MOST_SETS]
 
 
 def _alternatives(elements: Elements, sequence: Sequence[int]) -> list[Quantities]:
