@@ -1,4 +1,4 @@
-"""Candidates that scores choose, as formulas: tables of pairs, orders by which sequences never fall, sums of draws."""
+"""Candidates that scores choose, as formulas: tables of pairs, and orders by which sequences never fall."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
 from grammarlab.preference.judge.learned_orders import LearnedOrder, learned_orders
 from grammarlab.preference.judge.pair_tables import PairTable, pair_tables
-from grammarlab.preference.judge.weighted_sums import SignedSum, signed_sums
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.choice_places import Choice, Outcome
-from grammarlab.tastes.quantities import Quantities, is_short
+from grammarlab.tastes.quantities import is_short
 from grammarlab.tastes.sequences import sequences_of
 
 
@@ -33,7 +32,7 @@ class ChosenCandidate(NamedTuple):
 
 def chosen_candidates(elements: Elements, scores: Floats) -> Iterator[ChosenCandidate]:
     """Columns that may explain scores [n] of the designs of some elements."""
-    productions = (_tables, _orders, _sums)
+    productions = (_tables, _orders)
     for make in productions:
         for candidate in make(elements, scores):
             if is_short(candidate.formula()):
@@ -55,13 +54,6 @@ def _orders(elements: Elements, scores: Floats) -> Iterator[ChosenCandidate]:
     numbers = _numbers(elements.choices, elements.num)
     for order in learned_orders(numbers, sequences_of(elements), scores):
         yield ChosenCandidate(order.values(numbers), order.price, partial(_of_order, elements, order))
-
-
-def _sums(elements: Elements, scores: Floats) -> Iterator[ChosenCandidate]:
-    """Sums and differences of draws where a model uses them."""
-    used = elements.used
-    for some in signed_sums(used.values, scores):
-        yield ChosenCandidate(some.values(used.values), some.price, partial(_of_sum, used, some))
 
 
 def _numbers(choices: Sequence[Choice | Outcome], num: int) -> Ints:
@@ -96,9 +88,3 @@ def _any(choice: Choice | Outcome, numbers: Collection[int]) -> list[Atom | Form
 def _of_order(elements: Elements, order: LearnedOrder) -> Formula:
     choices = [elements.choices[index] for index in order.sequence]
     return Formula.of("ascending", *(replace(choice, order=order.order).formula for choice in choices))
-
-
-def _of_sum(quantities: Quantities, some: SignedSum) -> Atom | Formula:
-    first, *others = (quantities.formulas[index] for index in some.columns)
-    signs = zip(some.signs[1:], others, strict=True)
-    return reduce(lambda total, part: Formula.of("+" if part[0] > 0 else "-", total, part[1]), signs, first)

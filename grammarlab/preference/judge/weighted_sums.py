@@ -1,4 +1,4 @@
-"""Sums of columns that scores choose: with weights, or with signs only.
+"""Weighted sums of columns that scores choose.
 
 A weighted sum is one of quantities, a bound on which or a band of which is liked: twice the width less the height, or
 one ornament for each 120 square metres. Its columns and weights are those along which the scores oscillate most: with
@@ -8,9 +8,6 @@ columns, of given weights, is a product of two matrices (Zhu and Zeng, 2006, Fou
 subspace, Journal of the American Statistical Association 101). Sums begin with every single column and grow by one
 column at a time, since only the whole relation explains much; the best ones are compared by the evidence of their best
 cut, with weights rounded to steps of different size. The price is that of the columns and of the steps.
-
-A signed sum is one of three columns or more with any signs. There are too many to make them all, so each grows by the
-column that explains most; its price is that of its choice among all of its size.
 """
 
 from __future__ import annotations
@@ -18,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
-from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +25,7 @@ from grammarlab.arrays import ROUNDING, Flags, Floats, Ints, without_rounding
 from grammarlab.preference.base import FEW, SEVERAL
 from grammarlab.preference.growth.cuts import best_cuts
 from grammarlab.preference.growth.node_bins import node_bins
-from grammarlab.preference.growth.screening import COARSE_BINS, coarse_bins, gain_of_share, gains
+from grammarlab.preference.growth.screening import COARSE_BINS, gain_of_share
 from grammarlab.preference.growth.tree_growth import NUM_BINS
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.votes import MAX_TERMS
@@ -41,8 +37,8 @@ _STEPS = (0.25, 0.125, 0.0625)
 _SAME = 0.98
 """Correlation of columns from which on they are one, the cheaper of the two."""
 _MAX_GROWING = 120
-"""Largest number of columns with which weighted sums begin, numbers before flags and then the cheapest first, and of
-columns that grow into signed sums, those that explain most. More are only slower."""
+"""Largest number of columns with which sums begin, numbers before flags and then the cheapest first. More are only
+slower."""
 
 
 class Measures(NamedTuple):
@@ -363,58 +359,3 @@ def _explained(sums: Sequence[Floats], evidence: LeafEvidence) -> Floats:
     """[K] evidence of the best cut by each of some columns [n]."""
     codes = node_bins(np.stack(sums, axis=1), evidence.scores, NUM_BINS)
     return best_cuts(codes, evidence.terms, evidence.of_sums).log_evidence
-
-
-class SignedSum(NamedTuple):
-    """A sum of columns with signs."""
-
-    columns: tuple[int, ...]
-    """Indices of the columns."""
-    signs: tuple[int, ...]
-    """1 or -1 for each column; 1 for the first."""
-    price: float
-    """Log of the number of sizes, and of the sums of its size, in nats."""
-
-    def values(self, columns: Floats) -> Floats:
-        """[n] the sum, for columns [n, F]."""
-        return columns[:, list(self.columns)] @ np.array(self.signs, dtype=np.float64)
-
-
-def signed_sums(columns: Floats, scores: Floats) -> Iterator[SignedSum]:
-    """Sums that may explain scores more than each column alone.
-
-    Args:
-        columns: [n, F] numbers.
-        scores: [n] 0-100.
-
-    >>> columns = np.random.default_rng(0).random((200, 9))
-    >>> liked = columns[:, 7] - columns[:, 0] - columns[:, 4] > -0.4
-    >>> next(signed_sums(columns, 90.0 * liked)).columns
-    (0, 4, 7)
-    """
-    width, every = columns.shape[1], np.arange(len(scores))
-    if not np.ptp(scores) > 0.0:
-        return
-    worth = gains(coarse_bins(columns), every, scores)
-    ranked: list[int] = (1 + np.argsort(-worth, kind="stable")[:_MAX_GROWING]).tolist()
-    beam: list[tuple[int, ...]] = [(number,) for number in ranked[:SEVERAL]]
-    for size in range(2, min(MAX_TERMS, width) + 1):
-        listed = list(dict.fromkeys(longer for members in beam for longer in _longer(members, sorted(ranked))))
-        signs = np.zeros((width, len(listed)))
-        for column, members in enumerate(listed):
-            signs[[abs(member) - 1 for member in members], column] = np.sign(members)
-        worth = gains(coarse_bins(columns @ signs), every, scores)
-        beam = [listed[index] for index in np.argsort(-worth, kind="stable")[:SEVERAL].tolist()]
-        price = float(np.log(MAX_TERMS - 2) + np.log(comb(width, size)) + (size - 1) * np.log(2.0))
-        for members in beam if size > 2 else ():
-            indices, of_members = np.abs(members) - 1, np.sign(members)
-            yield SignedSum(tuple(indices.tolist()), tuple(of_members.tolist()), price)
-
-
-def _longer(members: tuple[int, ...], numbers: Iterable[int]) -> Iterator[tuple[int, ...]]:
-    """Sums with one more of some columns: its number from 1 with its sign, ascending by number."""
-    for index in set(numbers).difference(map(abs, members)):
-        for signed in (index, -index):
-            ordered = sorted((*members, signed), key=abs)
-            # The opposite sum says the same.
-            yield tuple(ordered) if ordered[0] > 0 else tuple(-member for member in ordered)
