@@ -43,6 +43,10 @@ SEVERAL = 8
 """Number of alternatives that a search continues with, those that a screening ranks first. More are only slower."""
 MANY = 24
 """Number of alternatives that are compared exactly, those that a screening ranks first. More are only slower."""
+NUM_LEVELS = 12
+"""Number of levels, or bins, of a quantity where a search needs no more. More are only slower."""
+ODDS_OF_SIMPLER = 20.0
+"""Prior odds of the simpler explanation, where another one has more parts: one person, or cells alone."""
 MIN_PART = 8
 """Smallest number of labels that may have an explanation of their own: those of a leaf, or of a voice."""
 HOPELESS = 12.0

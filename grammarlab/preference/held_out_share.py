@@ -14,7 +14,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.base import FEW, MANY_LABELS, MAX_SCORE, MIN_SHARE, SCORE_STEP
+from grammarlab.preference.base import FEW, MANY_LABELS, MAX_SCORE, MIN_SHARE, ODDS_OF_SIMPLER, SCORE_STEP
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import observe
@@ -24,14 +24,13 @@ from grammarlab.preference.unexplained import folds_of
 
 PROCESS_SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
 """Candidate shares of the process."""
-_ODDS_OF_CELLS = 20.0
-"""Prior odds of cells alone against any other share."""
 _ODDS_OF_OTHERS = 5.0
 """Prior odds of no lines against any other share of them."""
 _MAX_LOG_ODDS = 100.0
 """Largest log-odds that are not infinite."""
 _ODDS_OF_BOXES = 1e4
-"""The same if boxes explain the scores: most questions were about what boxes dispute, where they know least."""
+"""Prior odds of cells alone if boxes explain the scores: most questions were about what boxes dispute, where they know
+least."""
 _MISSED_BY_BOXES = 0.1
 """Share of held-out scores that say nothing if boxes explain the scores: these are looked for again without them, and
 one bound more or less decides about many of the scores that boxes disputed."""
@@ -130,7 +129,7 @@ def _share(rows: Floats, scores: Floats, predicted: Floats, cells: PartitionPref
         return 1.0
     if _explains_all(cells):
         return 0.0
-    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (_ODDS_OF_CELLS, START_BLUNDERS)
+    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (ODDS_OF_SIMPLER, START_BLUNDERS)
     return share_by(predicted, scores, _designs(rows), *prior)
 
 
@@ -148,7 +147,7 @@ def share_by(
     predicted: Floats,
     scores: Floats,
     row: Ints,
-    odds_of_cells: float = _ODDS_OF_CELLS,
+    odds_of_cells: float = ODDS_OF_SIMPLER,
     blunders: float = START_BLUNDERS,
 ) -> float:
     """The share of the process beside cells, or of lines beside both, by held-out scores.
@@ -171,7 +170,7 @@ def share_by(
     return mean_share(likelihoods, odds_of_cells)
 
 
-def mean_share(log_likelihoods: Floats, odds_of_cells: float = _ODDS_OF_CELLS) -> float:
+def mean_share(log_likelihoods: Floats, odds_of_cells: float = ODDS_OF_SIMPLER) -> float:
     """The mean of `PROCESS_SHARES` under their posterior; 0 if it is small.
 
     Args:

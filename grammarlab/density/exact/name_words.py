@@ -9,7 +9,7 @@ _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight"
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 _PARTS = re.compile(r"[^\W\d_]?[^\W\d_A-Z]+|[A-Z]+(?![^\W\d_A-Z])|\d+|[^\W\d_]")
 MOST_NAMED = 3
-"""Largest number of branches, parts, symbols or kinds that a name or a comment lists."""
+"""Largest number of branches, parts, symbols, kinds or conditions that a name or a comment lists."""
 _MAX_WORD = 24
 """Largest number of characters of the word for a symbol."""
 _SIBILANTS = ("s", "x", "z", "ch", "sh")

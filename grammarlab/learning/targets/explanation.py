@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import ROUNDING, Floats, Ints
+from grammarlab.density.exact.name_words import MOST_NAMED
 from grammarlab.features.columns.formula_names import ONE_OF, formula_words
 from grammarlab.features.patterns.pattern import Apply, Feature, Formula
 from grammarlab.language.dimensions import DEGREES
@@ -26,9 +27,6 @@ from grammarlab.learning.targets.divergence import agreement
 from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, NEGLIGIBLE_SHARE, SCORE_STEP
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
 
-MAX_KINDS = 3
-"""Largest number of kinds on each side, of conditions of a kind that is not liked, and of choices that are shown as two
-designs."""
 MAX_PARTS = 6
 """Largest number of parts on each side."""
 _MAX_EXAMPLES = 16
@@ -178,13 +176,13 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
         candidates = [
             index for index in np.argsort(-by, kind="stable").tolist() if is_candidate[index] and mass[index] > 0.0
         ]
-        return [index for index in candidates if 0 < len(ranges[index]) <= most][:MAX_KINDS]
+        return [index for index in candidates if 0 < len(ranges[index]) <= most][:MOST_NAMED]
 
     def text(indices: Sequence[int]) -> tuple[str, ...]:
         return tuple(f"{names.kind(ranges[index])} ({means[index]:.0f})" for index in indices)
 
     likes = select(means >= LIKED_SHARE * means.max(), mass * means, _MAX_LEAVES)
-    dislikes = select(means < _MAX_UNEXPLAINED * means.max(), mass, MAX_KINDS)
+    dislikes = select(means < _MAX_UNEXPLAINED * means.max(), mass, MOST_NAMED)
     return Words(text(sorted(likes, key=lambda index: -means[index])), text(dislikes))
 
 
@@ -199,7 +197,7 @@ def _contrasts(
     """The choices that a tree tests and that change the mean score; a tree begins with the test that explains most."""
     table = names.table
     columns = [column for column in dict.fromkeys(split.column for split in tree) if choice_of(table.features[column])]
-    for column in columns[:MAX_KINDS]:
+    for column in columns[:MOST_NAMED]:
         has = rows[:, column] > ROUNDING
         if not (weights[has].any() and weights[~has].any()):
             continue

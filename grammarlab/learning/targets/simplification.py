@@ -18,7 +18,7 @@ from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.explanation import Words, words_of
 from grammarlab.learning.targets.unknown_part import knowledge_of
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Relevance
+from grammarlab.preference.base import MAX_SCORE, NUM_LEVELS, AbstractPreference, Relevance
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.held_out_share import NUM_FOLDS
 from grammarlab.preference.regression_tree import MAX_CODES, Split, grow, leaves_of, means_of, round_between
@@ -42,8 +42,6 @@ SMALL_SHARES = (0.02, 0.005, 0.001)
 quantity, and probabilities of branches."""
 MIN_LEAF = 60
 """Smallest number of designs of a pool in each leaf of a tree that says that nothing there is liked."""
-_NUM_LEVELS = 12
-"""Numbers of levels of scores for selecting columns."""
 _MAX_DENSITY_CHANGE = 5e-4
 """Largest change of the density, as a share, by removed columns."""
 
@@ -191,7 +189,7 @@ def simplified(rows: Floats, scores: Floats, weights: Floats, tree: Sequence[Spl
 
 def _column_sets(rows: Floats, scores: Floats, weights: Floats, columns: Ints) -> list[Ints]:
     """Sets of columns for growing trees: the few that together distinguish levels of the scores, and all."""
-    levels = drawn_to_levels(scores, weights, _NUM_LEVELS)
+    levels = drawn_to_levels(scores, weights, NUM_LEVELS)
     counts = columns[[len(np.unique(rows[:, column])) <= MAX_CODES for column in columns.tolist()]]
     distinguishing = needed_columns(rows, levels, weights, counts, _MAX_DENSITY_CHANGE)
     return [distinguishing, columns] if 0 < len(distinguishing) < len(columns) else [columns]

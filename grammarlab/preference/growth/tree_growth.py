@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import ROUNDING, Floats, Ints
-from grammarlab.preference.base import FEW, HOPELESS, MANY, SEVERAL
+from grammarlab.preference.base import FEW, HOPELESS, MANY, NUM_LEVELS, SEVERAL
 from grammarlab.preference.growth.cuts import Cuts, all_cuts, best_cuts, price_of_bounds
 from grammarlab.preference.growth.node_bins import node_bins
 from grammarlab.preference.growth.part_evidence import Evidence
@@ -26,9 +26,6 @@ from grammarlab.preference.growth.screening import gains
 from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.growth.splits import Split, Value
 
-NUM_BINS = 12
-"""Number of bins of the labels of a node, beside those of intervals that stand out. More are only slower, since bounds
-move afterwards."""
 _IMPROVED_DEPTH = 2
 """Number of levels of nodes that are grown again."""
 _MIN_POSSIBLE_GAIN = 6.0
@@ -324,7 +321,7 @@ class TreeGrowth:
 
     def _codes(self, columns: Ints, labels: Ints) -> Ints:
         """[K, c] bins of the labels of a node by columns [K]."""
-        return node_bins(self.columns.values[np.ix_(labels, columns)], self.evidence.scores[labels], NUM_BINS)
+        return node_bins(self.columns.values[np.ix_(labels, columns)], self.evidence.scores[labels], NUM_LEVELS)
 
     def _split(self, labels: Ints, ranked: _Ranked, index: int) -> tuple[Split, float]:
         """A split by one of the ranked cuts, its bounds moved to the best places near by, and its log-prior."""

@@ -24,7 +24,7 @@ from typing import Literal
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.base import MANY, MIN_PART
+from grammarlab.preference.base import MANY, MIN_PART, ODDS_OF_SIMPLER
 from grammarlab.preference.growth.person_search import most_likely, search
 from grammarlab.preference.growth.screening import coarse_bins, gains_of_parts
 from grammarlab.preference.growth.tree_growth import Tree, TreeGrowth
@@ -36,8 +36,6 @@ Kind = Literal["change", "turns"]
 
 LENGTHS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)
 """Possible numbers of scores of a turn."""
-ODDS_OF_ONE = 20.0
-"""Prior odds that the scores are those of one person with one taste."""
 _LEVEL_SHARE = 0.5
 """Share of the gain by levels of scores that does not count."""
 
@@ -66,7 +64,7 @@ class Division:
     def price(self) -> float:
         """Description length, with the prior odds, in nats."""
         places = len(self.is_second) if self.kind == "change" else len(LENGTHS)
-        return float(np.log(2.0) + np.log(places) + np.log(ODDS_OF_ONE))
+        return float(np.log(2.0) + np.log(places) + np.log(ODDS_OF_SIMPLER))
 
     @property
     def voices(self) -> tuple[Ints, Ints]:

@@ -22,11 +22,10 @@ from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from grammarlab.arrays import ROUNDING, Flags, Floats, Ints, without_rounding
-from grammarlab.preference.base import FEW, SEVERAL
+from grammarlab.preference.base import FEW, NUM_LEVELS, SEVERAL
 from grammarlab.preference.growth.cuts import best_cuts
 from grammarlab.preference.growth.node_bins import node_bins
 from grammarlab.preference.growth.screening import COARSE_BINS, gain_of_share
-from grammarlab.preference.growth.tree_growth import NUM_BINS
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.votes import MAX_TERMS
 
@@ -357,5 +356,5 @@ def _decimal(middle: float, reach: float) -> float:
 
 def _explained(sums: Sequence[Floats], evidence: LeafEvidence) -> Floats:
     """[K] evidence of the best cut by each of some columns [n]."""
-    codes = node_bins(np.stack(sums, axis=1), evidence.scores, NUM_BINS)
+    codes = node_bins(np.stack(sums, axis=1), evidence.scores, NUM_LEVELS)
     return best_cuts(codes, evidence.terms, evidence.of_sums).log_evidence

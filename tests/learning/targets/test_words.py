@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 import grammarlab as gl
+from grammarlab.density.exact.name_words import MOST_NAMED
 from grammarlab.evaluation.preparation import true_scores
 from grammarlab.features.patterns.pattern import Draw, Formula
 from grammarlab.learning.designs.design_tables import Columns, DesignTable
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init
-from grammarlab.learning.targets.explanation import MAX_KINDS, MAX_PARTS, Words, words_of
+from grammarlab.learning.targets.explanation import MAX_PARTS, Words, words_of
 from grammarlab.runs.sample.sources import load_source
 from tests.cases import takes_turns
 
@@ -64,7 +65,7 @@ def test_known_preferences_are_told_by_their_own_choices(name, named):
     told = set(re.findall(r"[A-Za-z]+", " ".join(words.likes)))
     assert named <= told
     assert 1 <= len(words.likes) <= MAX_PARTS
-    assert len(words.dislikes) <= MAX_KINDS
+    assert len(words.dislikes) <= MOST_NAMED
     assert all(text.count(",") < 8 for text in (*words.likes, *words.dislikes))
 
 

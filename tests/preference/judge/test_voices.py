@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from grammarlab.preference.base import ODDS_OF_SIMPLER
 from grammarlab.preference.growth.screening import coarse_bins, gains, gains_of_parts
 from grammarlab.preference.growth.tree_growth import TreeGrowth
 from grammarlab.preference.judge.labelled_columns import Labels
 from grammarlab.preference.judge.voices import (
     LENGTHS,
-    ODDS_OF_ONE,
     Division,
     _explained,
     _predicted,
@@ -112,7 +112,7 @@ def test_prices_are_logs_of_probabilities():
     num = 40
     changes, turns = [Division.at(place, num) for place in range(num)], [Division.by_turns(n, num) for n in LENGTHS]
     chances = sum(np.exp(-division.price) for division in changes + turns)
-    assert chances == pytest.approx(1.0 / ODDS_OF_ONE)
+    assert chances == pytest.approx(1.0 / ODDS_OF_SIMPLER)
 
 
 def test_two_voices_are_two_explanations_less_the_price():
