@@ -172,18 +172,20 @@ def _cuts(runs: Sequence[tuple[float, float]], elements: Elements, whole: float)
 
 
 def _cut_between(low: float, high: float, elements: Elements, tolerance: float) -> float:
-    """The place in a gap where a cut crosses the least of elements; of equally good ones, the nearest to the middle."""
+    """The position in a gap where a cut crosses the least of openings, then of elements, then nearest to the middle."""
     is_inside = ~elements.is_whole & (elements.low < high - tolerance) & (elements.high > low + tolerance)
     begin, end, thickness = (values[is_inside] for values in (elements.low, elements.high, elements.thickness))
     edges = np.unique(np.clip(np.concatenate([begin, end, [low, high]]), low, high))
     edges = edges[np.append(True, np.diff(edges) > tolerance)]
     between = 0.5 * (edges[1:] + edges[:-1])
-    coverage = ((begin[:, None] < between) & (between < end[:, None])).astype(np.float64).T @ thickness
+    # A sign or a balcony may be cut, as bands are; half a window beside it would be worse however small it is.
+    sizes = np.stack([thickness, thickness * elements.is_solid[is_inside]], axis=1)
+    coverage = ((begin[:, None] < between) & (between < end[:, None])).astype(np.float64).T @ sizes
     middle = 0.5 * (low + high)
     # A cut directly beside an element would leave no gap in the copy.
     margin = np.minimum(0.25 * np.diff(edges), 0.1 * (high - low))
     position = np.clip(middle, edges[:-1] + margin, edges[1:] - margin)
-    return float(position[np.lexsort((np.abs(position - middle), np.round(coverage / tolerance)))[0]])
+    return float(position[np.lexsort((np.abs(position - middle), *np.round(coverage / tolerance).T))[0]])
 
 
 def _end_of_border(low: Floats, high: Floats, first: float) -> float:

@@ -1,7 +1,7 @@
 """Columns of whole facades, and their numbers for a size."""
 
 from collections import Counter
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from grammarlab.facade.editing.edit import edit
 from grammarlab.facade.editing.grid_proposals import with_proposals
 from grammarlab.facade.editing.slab_counts import SpringKinds, best_counts, best_slabs
 from grammarlab.facade.editing.variations import unedited
-from grammarlab.facade.editing.wall_slabs import find_elements, find_slabs
+from grammarlab.facade.editing.wall_slabs import Elements, _cut_between, find_elements, find_slabs
 from grammarlab.facade.tree import Facade, X, Y
 from tests.facade.samples import Node, across, built, leaf, stacked
 
@@ -194,3 +194,32 @@ def test_signs_are_neither_cut_nor_repeated_where_other_columns_are(
     signs = [node for node in changed.leaves.tolist() if changed.name_of(node) == name]
     assert changed.size[signs, X] == pytest.approx([length], rel=0.25)
     assert counts(changed)["window"] != 16
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=60)
+def test_a_cut_crosses_as_little_of_openings_and_then_of_elements_as_any_other_position(seed: int) -> None:
+    randomness = np.random.default_rng(seed)
+    num = int(randomness.integers(1, 9))
+    low = randomness.uniform(-0.5, 0.9, num)
+    high = low + randomness.uniform(0.05, 1.0, num)
+    is_solid = randomness.random(num) < 0.5
+    thickness = randomness.uniform(0.1, 3.0, num)
+    elements = Elements(
+        node=np.arange(num),
+        low=low,
+        high=high,
+        thickness=thickness,
+        is_solid=is_solid,
+        is_whole=np.zeros(num, dtype=bool),
+        is_sign=np.zeros(num, dtype=bool),
+    )
+
+    def crossed(position: float) -> tuple[float, float]:
+        is_crossed = (low < position) & (position < high)
+        sizes = thickness * is_crossed
+        return round(float(sizes[is_solid].sum()), 6), round(float(sizes.sum()), 6)
+
+    cut = _cut_between(0.0, 1.0, elements, 1e-8)
+    edges = np.unique(np.clip([*low, *high, 0.0, 1.0], 0.0, 1.0))
+    assert crossed(cut) == min(crossed(0.5 * (begin + end)) for begin, end in pairwise(edges.tolist()))
