@@ -75,7 +75,7 @@ class _Wires:
     stack: Stack
     """The T templates, with D parameters."""
     pieces: Floats
-    """[R, 7, 1 + D] pieces of positive length, see `Template.pieces`."""
+    """[R, 7, 1 + D] pieces without the padding, see `Template.pieces`; their length may be 0."""
     owner: Ints
     """[R] template of each piece, ascending."""
     first: Ints
@@ -301,9 +301,9 @@ def _nearest(ends: Floats, points: _Points, wires: _Wires) -> Ints:
     along -= np.clip(along, 0.0, square[..., None].astype(along.dtype))
     distance = np.square(across, out=across)
     distance += np.square(along, out=along)
-    distance *= np.where(square > _MIN_SQUARE, 1.0 / np.maximum(square, _MIN_SQUARE), np.inf)[..., None].astype(
-        distance.dtype
-    )
+    distance *= (1.0 / np.maximum(square, _MIN_SQUARE))[..., None].astype(distance.dtype)
+    # No factor does this: a piece of length 0 is at distance 0 from every point here.
+    distance[square <= _MIN_SQUARE] = np.inf
     least = np.minimum.reduceat(distance, wires.first, axis=1)
     number = np.arange(len(wires.pieces), dtype=np.int32)[:, None]
     is_least = distance <= least[:, wires.owner]

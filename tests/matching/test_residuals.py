@@ -1,25 +1,47 @@
 """Fits: derivatives against finite differences, and recovery of known parameters."""
 
+from dataclasses import fields, replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from grammarlab.matching import fit
-from grammarlab.matching.elements import clouds_of
+from grammarlab.matching.elements import Clouds, clouds_of
 from grammarlab.matching.fit import Fits, fit_all
 from grammarlab.matching.library import templates_by_name
 from grammarlab.matching.paper_loop import energy, residuals, similarity_energy
 from grammarlab.matching.point_density import log_likelihood, outline
 from grammarlab.matching.scenes import SceneOptions, rectangles
 from grammarlab.matching.template import stack
+from grammarlab.matching.template_text import parse_templates
 
 ENERGY, SLOPE = jax.jit(energy), jax.jit(jax.grad(energy))
 TEMPLATES = stack(templates_by_name("rectangle,gable,segment_arch"))
 SEVERAL = templates_by_name("rectangle,segment_arch,arch,bulging_column")
 """Templates with 2, 3, 2 and 6 parameters, straight ones and arcs."""
+EMPTY_PIECES = parse_templates("""
+template last
+  param width 0.9 (0.3 to 3)
+  param height 1.2 (0.3 to 3)
+  line (0, 0) -> (width, 0)
+  line (width, 0) -> (width, height)
+  line (width, height) -> (0, height)
+  line (0, height) -> (0, 0)
+  line (width, 0) -> (width, 0)
+end
+template first
+  param width 0.9 (0.3 to 3)
+  param height 1.2 (0.3 to 3)
+  repeat i 0 to 2
+    line (0, height) -> (width * i / 2, height)
+  end
+end
+""")
+"""Templates with a piece that has length 0 at all sizes."""
 CLOUDS = clouds_of(rectangles(SceneOptions(elements=3, kinds=3, points=40), 2), np.arange(3))
-FITS = fit_all(CLOUDS, stack(SEVERAL))
+FITS = fit_all(CLOUDS, stack((*SEVERAL, *EMPTY_PIECES)))
 
 
 @pytest.mark.parametrize("template", range(3))
@@ -86,9 +108,27 @@ def test_costs_are_those_of_the_density_of_points():
 
 
 def test_a_fit_does_not_depend_on_the_templates_and_elements_beside_it():
-    for row, template in enumerate(SEVERAL):
-        alone: Fits = fit_all(CLOUDS, stack([template]))
+    for row, template in enumerate((*SEVERAL, *EMPTY_PIECES)):
+        for elements in ([0, 1, 2], [1]):
+            alone: Fits = fit_all(_subset(elements), stack([template]))
+            _assert_equal(alone, FITS.subset(np.array(elements)), row, len(template.parameters))
+
+
+def test_pieces_of_length_0_change_no_fit():
+    for row, template in enumerate(EMPTY_PIECES, len(SEVERAL)):
         size = len(template.parameters)
-        assert alone.parameters[:, 0] == pytest.approx(FITS.parameters[:, row, :size], abs=1e-6)
-        assert alone.covariance[:, 0] == pytest.approx(FITS.covariance[:, row, :size, :size], rel=1e-3, abs=1e-9)
-        assert alone.cost[:, 0] == pytest.approx(FITS.cost[:, row], abs=1e-3)
+        wires = template.wires[~(template.wires[:, :2] == template.wires[:, 2:4]).all(axis=(1, 2))]
+        assert 0 < len(wires) < len(template.wires)
+        _assert_equal(fit_all(CLOUDS, stack([replace(template, wires=wires)])), FITS, row, size)
+
+
+def _assert_equal(alone: Fits, fits: Fits, row: int, size: int) -> None:
+    """Fits of one template are those of a row of other fits."""
+    assert alone.parameters[:, 0] == pytest.approx(fits.parameters[:, row, :size], abs=1e-6)
+    assert alone.covariance[:, 0] == pytest.approx(fits.covariance[:, row, :size, :size], rel=1e-3, abs=1e-9)
+    assert alone.cost[:, 0] == pytest.approx(fits.cost[:, row], abs=1e-3)
+
+
+def _subset(elements: list[int]) -> Clouds:
+    """Some of the elements."""
+    return Clouds(**{field.name: getattr(CLOUDS, field.name)[elements] for field in fields(CLOUDS)})
