@@ -26,8 +26,6 @@ MAX_STEPS = 200
 """Largest number of steps of an iteration that ends by itself. More are only slower."""
 BATCH = 1_000
 """Number of rows of a table that are made at once: more need more memory, fewer more calls."""
-_ROUNDING_OF_SUM = 1e-12
-"""Largest relative error of one sum of a few terms."""
 _HASH_FACTORS = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 """Factors of the finaliser of SplitMix64."""
 _WORD = 8
@@ -47,29 +45,6 @@ _MOST_DIGITS = 1 << 16
 """Number of different short integers."""
 _MOST_PLACES = 8
 """Largest ratio of possible to given values for which marking flags is faster than sorting."""
-
-_POWERS = np.array([float(f"1e{power}") for power in range(301)])
-"""Powers of ten; up to 22 they are exact, so that a whole number divided by one is the float of its decimal text."""
-
-
-def without_rounding(sums: Floats, sizes: Floats) -> Floats:
-    """Sums rounded to decimals, so that those that differ by rounding errors only are equal.
-
-    Args:
-        sums: [...] sums.
-        sizes: [...] size of the largest term of each. A sum keeps 12 digits of it.
-
-    >>> 0.1 + 0.2 == 0.3, bool(without_rounding(np.array(0.1 + 0.2), np.array(0.2)) == 0.3)
-    (False, True)
-    """
-    whole = sums == np.rint(sums)
-    if whole.all():
-        return sums
-    with np.errstate(all="ignore"):
-        digits: Floats = np.ceil(-np.log10(_ROUNDING_OF_SUM * sizes))
-        decimals = np.clip(np.nan_to_num(digits), 1 - len(_POWERS), len(_POWERS) - 1).astype(np.int64)
-        finer, coarser = (_POWERS[np.maximum(power, 0)] for power in (decimals, -decimals))
-        return np.where(whole, sums, np.rint(sums * finer / coarser) / finer * coarser)
 
 
 def offsets_from_counts(counts: NDArray[np.integer]) -> Ints:

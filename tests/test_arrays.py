@@ -23,9 +23,7 @@ from grammarlab.arrays import (
     ranked,
     row_lengths,
     runs,
-    same_bits,
     take_rows,
-    without_rounding,
 )
 
 
@@ -156,20 +154,3 @@ def test_weights_count_a_value_as_often_as_if_it_were_repeated(weighted, limit) 
     expected = Counter(values.repeat(weights).tolist())
     assert dict(zip(different.tolist(), counts.tolist(), strict=True)) == expected
     assert different.tolist() == sorted(expected)
-
-
-@given(st.lists(st.decimals(-(10**5), 10**5, places=3), min_size=2, max_size=6), st.randoms(use_true_random=False))
-def test_decimals_have_one_sum_in_any_order(terms, randomness) -> None:
-    total = np.zeros(1)
-    for term in map(float, randomness.sample(terms, len(terms))):
-        total = without_rounding(total + term, np.maximum(np.abs(total), abs(term)))
-    assert float(total[0]) == float(sum(terms))
-
-
-def test_sums_are_rounded_by_their_own_size_only() -> None:
-    sums = np.random.default_rng(1).normal(size=400) * 10.0 ** np.linspace(-280.0, 307.0, 400)
-    sums[::50] = [0.0, np.inf, -np.inf, np.nan, 3.0, 1e300, 1e-280, -7e12]
-    rounded = without_rounding(sums, np.abs(sums))
-    alone = np.concatenate([without_rounding(sums[[index]], np.abs(sums[[index]])) for index in range(400)])
-    assert same_bits(rounded, alone)
-    assert rounded == pytest.approx(sums, rel=1e-12, abs=0.0, nan_ok=True)

@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints, without_rounding
+from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Atom, ConstantTerm, Measure, Step
 
 _Operation: TypeAlias = Callable[[Sequence[Floats]], NDArray[Any]]
@@ -48,11 +48,6 @@ def evaluate(steps: Sequence[Step], columns: Mapping[Atom, Floats], num: int) ->
         else:
             results.append(apply(step.operation, [results[i] for i in step.operands]))
     return results[-1]
-
-
-def _sum(first: Floats, second: Floats) -> Floats:
-    """The sum, so that no bound is between sums that are equal but for rounding errors."""
-    return without_rounding(first + second, np.maximum(np.abs(first), np.abs(second)))
 
 
 def _chosen(operands: Sequence[Floats]) -> Floats:
@@ -143,8 +138,8 @@ def _least(operands: Sequence[Floats]) -> Floats:
 
 
 OPERATIONS: Mapping[str, _Operation] = {
-    "+": lambda x: _sum(x[0], x[1]),
-    "-": lambda x: _sum(x[0], -x[1]),
+    "+": lambda x: x[0] + x[1],
+    "-": lambda x: x[0] - x[1],
     "*": lambda x: x[0] * x[1],
     "/": lambda x: x[0] / x[1],
     "%": lambda x: x[0] % x[1],

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from grammarlab.arrays import ROUNDING, Flags, Floats, Ints, without_rounding
+from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
 from grammarlab.preference.base import FEW, NUM_LEVELS, SEVERAL
 from grammarlab.preference.growth.cuts import best_cuts
 from grammarlab.preference.growth.node_bins import node_bins
@@ -63,8 +63,7 @@ class WeightedSum(NamedTuple):
 
     def values(self, columns: Floats) -> Floats:
         """[n] the sum, for columns [n, F]."""
-        terms = columns[:, list(self.columns)] * np.array(self.weights)
-        return without_rounding(terms.sum(axis=1), np.abs(terms).max(axis=1))
+        return columns[:, list(self.columns)] @ np.array(self.weights)
 
 
 def weighted_sums(measures: Measures, evidence: LeafEvidence, explained: float) -> list[WeightedSum]:

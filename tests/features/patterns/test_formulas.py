@@ -131,11 +131,3 @@ def test_which_is_the_number_of_the_first_that_is_not_zero(rows):
     columns = [np.array(column, dtype=np.float64) for column in zip(*rows, strict=True)]
     expected = [next((number for number, value in enumerate(row, 1) if value), 0) for row in rows]
     assert apply("which", columns).tolist() == expected
-
-
-def test_weighted_sums_that_are_equal_are_equal_in_any_order_of_their_terms() -> None:
-    a, b, c = np.indices((9, 9, 9)).reshape(3, -1).astype(np.float64)
-    low, high = (apply("*", [np.full(len(a), weight), column]) for weight, column in ((0.3, b), (0.7, c)))
-    orders = (("-", apply("+", [a, high]), low), ("+", apply("-", [a, low]), high), ("-", apply("+", [high, a]), low))
-    for sign, first, second in orders:
-        assert (apply(sign, [first, second]) == (10.0 * a - 3.0 * b + 7.0 * c) / 10.0).all()

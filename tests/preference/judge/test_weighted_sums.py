@@ -5,14 +5,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from grammarlab.preference.growth.ranks import ranks_of
 from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.votes import MAX_TERMS
 from grammarlab.preference.judge.weighted_sums import (
     _STEPS,
     Measures,
-    WeightedSum,
     _best,
     _Cells,
     _decimal,
@@ -169,13 +167,6 @@ def test_neighbours_of_weights_differ_by_one_step_and_are_never_zero():
 def test_decimals_are_as_near_as_asked(reach):
     for middle in (0.0371, -8.14159, 1.0, 2999.5, 1e-9):
         assert abs(_decimal(middle, reach) - middle) <= reach
-
-
-def test_sums_have_equal_ranks_where_they_are_equal_but_for_rounding():
-    columns = np.indices((9, 9, 9)).reshape(3, -1).T.astype(np.float64)
-    sums = WeightedSum((2, 0, 1), (1.0, -0.3, 0.7), 0.0).values(columns)
-    exact = np.rint(columns @ [-3.0, 7.0, 10.0])
-    assert ranks_of(sums[:, None]).tolist() == ranks_of(exact[:, None]).tolist()
 
 
 def test_scores_that_are_all_liked_or_all_disliked_have_no_sums():
