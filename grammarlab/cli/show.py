@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from grammarlab.runs.sample.shipped import RuleSource
 
 _WIDEST = 30
-"""Letters of a name that are always in one line."""
+"""Letters of a word that are in one line where the terminal has room for it."""
+_GAP = 2
+"""Blanks between two columns."""
 _OF_A_MODEL = {
     "seed": "--seed",
     "attributes": "--attr",
@@ -157,9 +159,9 @@ def _show_rules(source: RuleSource, graph: Path | None, as_json: bool) -> None:
     totals = ", ".join(f"{name}: {count}" for name, count in counts.items())
     console.print(Text(printable(f"{parsed.file}\n{totals}")))
     if rules:
-        console.print(_rule_table(rules))
+        console.print(_rule_table(rules, console.width))
     if free:
-        console.print(_attribute_table(free))
+        console.print(_attribute_table(free, console.width))
 
 
 def _require_model(context: typer.Context, free: Container[str] = ()) -> None:
@@ -228,46 +230,48 @@ def _attribute_rows(attributes: Iterable[Attribute]) -> list[dict[str, Any]]:
     return rows
 
 
-def _attribute_table(rows: list[dict[str, Any]]) -> Table:
-    table = _table("Attributes")
-    _add_names(table, "Attribute", (row["attribute"] for row in rows))
-    for heading in ("Value", "Range", "Group", "Description"):
-        _add_words(table, heading, (row[heading.lower()] for row in rows), ratio=2 if heading == "Description" else 1)
-    table.add_column("Line", justify="right")
-    for row in rows:
-        _add_row(table, row.values())
+def _attribute_table(rows: list[dict[str, Any]], width: int) -> Table:
+    return _table("Attributes", {name.capitalize(): [row[name] for row in rows] for name in rows[0]}, width)
+
+
+def _table(title: str, columns: Mapping[str, Sequence[str | int]], width: int) -> Table:
+    """Table with cells by heading, at most so many letters wide, in which headings and numbers are whole."""
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+    from rich.text import Text
+
+    # No lines between columns, which leave names more room.
+    table = Table(
+        title=title, title_justify="left", box=SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True
+    )
+    texts = {heading: [printable(str(cell)) for cell in cells] for heading, cells in columns.items()}
+    numeric = [all(isinstance(cell, int) for cell in cells) for cells in columns.values()]
+    widths = _widths(texts, numeric, width - _GAP * (len(columns) - 1))
+    for heading, is_number, column_width in zip(columns, numeric, widths, strict=True):
+        table.add_column(heading, justify="right" if is_number else "left", overflow="fold", width=column_width)
+    for cells in zip(*texts.values(), strict=True):
+        table.add_row(*map(Text, cells))
     return table
 
 
-def _table(title: str) -> Table:
-    """Table without lines between its columns, which leave names more room."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+def _widths(texts: Mapping[str, Sequence[str]], numeric: Sequence[bool], room: int) -> list[int]:
+    """Widths of columns in some room: whole cells if they fit, else whole words, else whole headings and numbers."""
+    from rich.cells import cell_len
 
-    return Table(title=title, title_justify="left", expand=True, box=SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
-
-
-def _add_names(table: Table, heading: str, names: Iterable[str]) -> None:
-    """Add a column whose names are whole up to `_WIDEST` letters, in terminals of 80 as in wider ones."""
-    table.add_column(heading, overflow="fold", width=_width(heading, names))
+    whole = [max(map(cell_len, (heading, *cells))) for heading, cells in texts.items()]
+    words = [max((cell_len(word) for cell in cells for word in cell.split()), default=0) for cells in texts.values()]
+    least = [most if number else cell_len(heading) for heading, number, most in zip(texts, numeric, whole, strict=True)]
+    words = [max(low, min(word, _WIDEST)) for low, word in zip(least, words, strict=True)]
+    return _levelled(words, whole, room) or _levelled(least, words, room) or least
 
 
-def _add_words(table: Table, heading: str, cells: Iterable[str], ratio: int = 1) -> None:
-    """Add a column that shares the free room of a line; words of up to `_WIDEST` letters are whole in it."""
-    # With a ratio, the width is the least one.
-    width = _width(heading, (word for cell in cells for word in cell.split()))
-    table.add_column(heading, overflow="fold", width=width, ratio=ratio)
-
-
-def _width(heading: str, texts: Iterable[str]) -> int:
-    """Width of a column in which the heading and texts up to `_WIDEST` letters are not broken."""
-    return max(min(max(map(len, texts), default=0), _WIDEST), len(heading))
-
-
-def _add_row(table: Table, cells: Iterable[object]) -> None:
-    from rich.text import Text
-
-    table.add_row(*(Text(printable(str(cell))) for cell in cells))
+def _levelled(least: Sequence[int], most: Sequence[int], room: int) -> list[int]:
+    """The widest columns with one width, or the nearest between their limits; none if there is not enough room."""
+    for level in range(room, -1, -1):
+        widths = [min(max(level, low), high) for low, high in zip(least, most, strict=True)]
+        if sum(widths) <= room:
+            return widths
+    return []
 
 
 def _rule_rows(rules: Iterable[Rule], symbols: RuleGraph) -> list[dict[str, Any]]:
@@ -290,20 +294,21 @@ def _rule_rows(rules: Iterable[Rule], symbols: RuleGraph) -> list[dict[str, Any]
     return rows
 
 
-def _rule_table(rows: list[dict[str, Any]]) -> Table:
-    table = _table("Rules")
-    start = ["@StartRule " if row["start"] else "" for row in rows]
-    _add_names(table, "Rule", (mark + row["rule"] for mark, row in zip(start, rows, strict=True)))
-    table.add_column("Branches", justify="right")
-    successors = [", ".join(row["leads to"]) for row in rows]
-    _add_words(table, "Probabilities", (row["probabilities"] for row in rows))
-    _add_words(table, "Leads to", successors)
-    table.add_column("Line", justify="right")
-    for mark, row, names in zip(start, rows, successors, strict=True):
-        # A blank where the line may end, if the parameters do not fit beside the name.
-        parameters = f" ({', '.join(row['parameters'])})" if row["parameters"] else ""
-        _add_row(table, (mark + row["rule"] + parameters, row["branches"], row["probabilities"], names, row["line"]))
-    return table
+def _rule_table(rows: list[dict[str, Any]], width: int) -> Table:
+    columns = {
+        "Rule": [_called(row) for row in rows],
+        "Branches": [row["branches"] for row in rows],
+        "Probabilities": [row["probabilities"] for row in rows],
+        "Leads to": [", ".join(row["leads to"]) for row in rows],
+        "Line": [row["line"] for row in rows],
+    }
+    return _table("Rules", columns, width)
+
+
+def _called(row: dict[str, Any]) -> str:
+    """Name of a rule with its mark and parameters, and blanks where lines may end."""
+    parameters = f" ({', '.join(row['parameters'])})" if row["parameters"] else ""
+    return f"{'@StartRule ' if row['start'] else ''}{row['rule']}{parameters}"
 
 
 def _probabilities(rule: Rule) -> tuple[str, int]:

@@ -111,6 +111,43 @@ def test_show_names_every_rule_and_attribute_with_its_value(run, name, monkeypat
             assert head in text
 
 
+def expect_whole_headings(text, kinds):
+    headings = {
+        "Rules": ["Rule", "Branches", "Probabilities", "Leads", "to", "Line"],
+        "Attributes": ["Attribute", "Value", "Range", "Group", "Description", "Line"],
+    }
+    lines = text.splitlines()
+    assert max(map(len, lines)) <= 80
+    for kind in kinds:
+        start = [line.strip() for line in lines].index(kind) + 1
+        assert next(line for line in lines[start:] if line.strip()).split() == headings[kind]
+
+
+@pytest.mark.parametrize("name", [e.name for e in (*shipped_examples(), *shipped_facades()) if e.suffix == ".cga"])
+def test_headings_are_whole_in_80_columns(run, name, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    text = run("show", name).stdout
+    expect_whole_headings(text, re.findall(r"^ *(Rules|Attributes) *$", text, re.MULTILINE))
+
+
+@pytest.mark.parametrize("length", [12, 22, 26, 40])
+def test_long_names_leave_room_for_headings_and_numbers(run, rules, monkeypatch, length):
+    monkeypatch.setenv("COLUMNS", "80")
+    name, other, height = "A" * length, "B" * length, "h" * length
+    path = rules(
+        f'@Group("{name}") @Range(min=1000, max=2000, stepsize=100) @Description("{name} {name}")\n'
+        f"attr {height} = {'7' * 9}\n@StartRule\n{name} --> 40% : {other} 30% : {name} else : {other} {name}\n"
+    )
+    text = run("show", path).stdout
+    expect_whole_headings(text, ["Rules", "Attributes"])
+    first = next(line for line in text.splitlines() if line.startswith("@StartRule"))
+    assert ("3" in first.split(), first.split()[-1]) == (True, "4")
+    # A word in each of two columns has at least 23 letters.
+    if length < 23:
+        rule_table = text[: text.index("Attributes")].split()
+        assert {name, other} <= {word.strip(",") for word in rule_table}
+
+
 def test_show_gives_probabilities_and_ranges(run, rules, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     text = run("show", rules(TOWER)).stdout

@@ -64,6 +64,29 @@ def paths_by_hand(forest, length, rows=None):
     return found
 
 
+@given(SEEDS, st.integers(1, 3), st.integers(2, 8), st.floats(0, 1))
+def test_successors_are_those_of_all_edges(seed, num_models, nodes_per_model, depth):
+    forest = random_forest(np.random.default_rng(seed), num_models, nodes_per_model, depth)
+    labels = NodeLabels.of([forest])
+    nodes = forest.nodes
+    edges = {
+        (int(nodes.rule[parent]), int(nodes.child[row]), forest.symbols[nodes.symbol[row]])
+        for row, parent in enumerate(nodes.parent.tolist())
+        if parent >= 0
+    }
+    rows = [(rule, child, symbol) for rule, part in enumerate(labels.successors) for child, symbol in part.items()]
+    assert {edge[:2] for edge in edges} == {row[:2] for row in rows}
+    assert set(rows) <= edges
+
+
+def test_successors_of_a_batch_hold_those_of_each_model():
+    # Root and remainder have one symbol and one place, and the rule of the last node is that of the root.
+    grammar = Grammar.parse("Lot --> setback(1) { all : NIL | remainder : Lot }")
+    batch = NodeLabels.of([derive(grammar, num_models=4, seed=1)]).successors
+    for num in range(1, 4):
+        assert NodeLabels.of([derive(grammar, num_models=num, seed=1)]).successors == batch == ({0: "Lot"},)
+
+
 @given(SEEDS, st.integers(1, 6), st.floats(0, 1))
 def test_all_paths_are_counted(seed, length, depth):
     forest = random_forest(np.random.default_rng(seed), 3, 15, depth)

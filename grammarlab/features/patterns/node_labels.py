@@ -181,7 +181,8 @@ def _key(rule: RuleName) -> tuple[str, int, tuple[int, ...]]:
 def _successors_in(forest: Forest, labels: NodeLabels) -> list[tuple[int, int, str]]:
     """Different (label of a node, ``child`` and symbol of one below it)."""
     nodes = forest.nodes
-    starts, _ = runs(nodes.rule.take(nodes.parent, mode="wrap"), nodes.child, nodes.symbol)
+    # The parent -1 of a root takes the rule of the last node, so that roots are runs of their own.
+    starts, _ = runs(nodes.parent < 0, nodes.rule.take(nodes.parent, mode="wrap"), nodes.child, nodes.symbol)
     starts = starts[nodes.parent[starts] >= 0]
     upper, child = labels.numbers(forest, nodes.parent[starts]), nodes.child[starts].astype(np.int64)
     width = int(child.max(initial=0)) + 1
