@@ -1,4 +1,4 @@
-"""Readable names for columns, groups and found features: ``Tower (3 Block) › Block 3 → CylinderBlock``.
+"""Readable names for columns, groups and any other features: ``Tower (3 Block) › Block 3 → CylinderBlock``.
 
 A branch of a rule is named after a successor that no other branch has, or after the number of a successor
 if every branch has a different number; otherwise after its percentage, with the line if two percentages are equal, or
@@ -9,12 +9,15 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 
 from grammarlab.features.columns.column_keys import Meaning, Steps
 from grammarlab.features.patterns.node_labels import Key, NodeLabels
-from grammarlab.features.patterns.pattern import Feature, Present
+from grammarlab.features.patterns.pattern import Below, Draw, Feature, Pattern, Present, Threshold
+
+BESIDE = " beside "
+"""What connects neighbours: ``Wall = Brick beside Wall = Glass``."""
 
 
 class ColumnNames:
@@ -65,7 +68,7 @@ class ColumnNames:
         *context, (label, child) = steps
         branch = self.branch(label)
         if child >= 0:
-            return self._before(steps) + self._successor(label, child)
+            return self._before(steps) + self.successor(label, child)
         end = self._end(tuple(context), self._labels.symbol_of(label))
         return self._before(tuple(context)) + end + (f" → {branch}" if branch else "")
 
@@ -83,9 +86,9 @@ class ColumnNames:
         if not context:
             return symbol
         label, child = context[-1]
-        return self._successor(label, child)
+        return self.successor(label, child)
 
-    def _successor(self, label: int, child: int) -> str:
+    def successor(self, label: int, child: int) -> str:
         """Name of a successor of a rule: its symbol, numbered if the rule makes several of it."""
         successors = self._labels.successors[label]
         same = [index for index, symbol in successors.items() if symbol == successors.get(child)]
@@ -129,3 +132,117 @@ class ColumnNames:
     def _percentage(self, label: int) -> str:
         chance = self._labels.chances[label]
         return "" if math.isnan(chance) or chance >= 1.0 else f"{100.0 * chance:.3g}%"
+
+
+class FeatureNames:
+    """Words for any features: names of the columns of a table, and names of the same form for what is not a column.
+
+    >>> from grammarlab.derivation import derive
+    >>> from grammarlab.language.grammar import Grammar
+    >>> text = "Lot --> Tower Tower  Tower --> 30% : Brick else : Glass"
+    >>> names = FeatureNames({}, NodeLabels.of([derive(Grammar.parse(text), 50, seed=1)]))
+    >>> names[Pattern("Lot", below=(Below((Pattern("Tower", branch=(1,)),), child=1),))]
+    'Lot › Tower 2 → Glass'
+    >>> names[Pattern(below=(Below((Pattern("Tower", branch=(0,)), Pattern("Tower", branch=(1,)))),))]
+    'Tower = Brick beside Tower = Glass'
+    """
+
+    def __init__(self, columns: Mapping[Feature, str] | None = None, labels: NodeLabels | None = None) -> None:
+        """Words for features.
+
+        Args:
+            columns: names of the columns of a table.
+            labels: labels of the nodes of its models; None if the models have no nodes.
+        """
+        self._columns = columns or {}
+        self._labels = labels or NodeLabels.of(())
+        self._names = ColumnNames(self._labels, Meaning(self._labels, (), ()))
+
+    def __getitem__(self, feature: Feature) -> str:
+        return self._columns.get(feature) or self._name(feature)
+
+    def _name(self, feature: Feature) -> str:
+        """Name of what is not a column; a formula has its text."""
+        match feature:
+            case Pattern(symbol=str(symbol), branch=None | (), below=()):
+                return f"number of {symbol.removesuffix('.')}"
+            case Pattern():
+                return self._node(feature, (feature.symbol or "").removesuffix("."))
+            case Draw(site, branch):
+                return site if branch is None else f"{site} = {branch}"
+            case Threshold(site, bound):
+                return f"{site} below {bound:.4g}"
+            case Present(inner):
+                return f"any {self[inner].removeprefix('number of ')}"
+            case _:
+                return str(feature)
+
+    def place(self, pattern: Pattern) -> str:
+        """The place of the lowest node of a pattern, without branches: ``Lot › Tower 2``."""
+        words, above = [(pattern.symbol or "").removesuffix(".")], pattern
+        while above.below:
+            below = above.below[-1]
+            words.append(self._successor(above, below))
+            above = below.run[-1]
+        return " › ".join(filter(None, words)) or "parts"
+
+    def _node(self, node: Pattern, place: str) -> str:
+        """A node with all below it, after the words for its own place."""
+        branch = self._branch(node)
+        if not node.below:
+            return f"{place or 'parts'} → {branch}" if branch else place or "parts"
+        here = f"{place or 'parts'} ({branch})" if branch else place
+        words = [self._below(node, below, here) for below in node.below]
+        return words[0] if len(words) == 1 else " with ".join(map(_as_value, words))
+
+    def _below(self, node: Pattern, below: Below, here: str) -> str:
+        """Some nodes below a node, whose own words are ``here``."""
+        *others, last = below.run
+        if others:
+            words = BESIDE.join(_as_value(self._node(each, each.symbol or "any")) for each in below.run)
+            return f"{here} › {words}" if here else words
+        successor = self._successor(node, below)
+        place = (" ⋯ " if below.deep else " › ").join(filter(None, (here, successor)))
+        return self._node(last, place)
+
+    def _branch(self, node: Pattern) -> str:
+        """The branch that a node must have, empty for any."""
+        if not node.branch:
+            return ""
+        labels = self._rules(node)
+        if not labels:
+            return f"alternative {'.'.join(str(number + 1) for number in node.branch)}"
+        return " / ".join(dict.fromkeys(filter(None, map(self._names.branch, labels))))
+
+    def _successor(self, above: Pattern, below: Below) -> str:
+        """The last node of a run: its symbol, numbered if a rule makes several of it; empty if rules make others."""
+        symbol = below.run[-1].symbol
+        child = below.child if len(below.run) == 1 and not below.deep else None
+        if child is None:
+            return (symbol or "").removesuffix(".")
+        made = [(self._labels.successors[label].get(child), label) for label in self._rules(above)]
+        if symbol is None:
+            symbols = {each for each, _ in made}
+            symbol = symbols.pop() if len(symbols) == 1 else None
+        if symbol is None:
+            return ""
+        bare = symbol.removesuffix(".")
+        names = [self._names.successor(label, child).replace(symbol, bare) for each, label in made if each == symbol]
+        # With its number if any of the rules makes several of it.
+        return max(names, key=len) if names else f"{bare} (successor {child + 1})"
+
+    def _rules(self, node: Pattern) -> Sequence[int]:
+        """Labels of the rules that may have rewritten a node."""
+        branch = node.branch or ()
+        return [
+            label
+            for label, rule in enumerate(self._labels.rules)
+            if node.symbol in (None, rule.symbol)
+            and node.parameters in (None, rule.parameters)
+            and rule.branch[: len(branch)] == branch
+        ]
+
+
+def _as_value(name: str) -> str:
+    """A choice in a sentence about several: ``Wall = Brick`` for ``Wall → Brick``."""
+    return name.replace(" → ", " = ")

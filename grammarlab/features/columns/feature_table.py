@@ -16,6 +16,8 @@ from grammarlab.randomness import fold, root_keys
 if TYPE_CHECKING:
     from scipy import sparse
 
+    from grammarlab.features.patterns.node_labels import NodeLabels
+
 
 @dataclass(frozen=True)
 class FeatureTable:
@@ -36,6 +38,8 @@ class FeatureTable:
     """[F] whether values are logarithms of the features; None if none is."""
     priors: Floats | None = None
     """[F] how likely columns are to matter to a person, relative to each other; None if all are equally likely."""
+    labels: NodeLabels | None = None
+    """Labels of the nodes of the models; None if they have no nodes."""
 
     def rows(self) -> Floats:
         """[models, F] the values divided by their scales: the input of a preference."""

@@ -2,27 +2,32 @@
 
 >>> from grammarlab.features.expression import Expression
 >>> first, second = ("which({Lot > Tower@0:0}, {Lot > Tower@0:1})", "which({Lot > Tower@1:0}, {Lot > Tower@1:1})")
->>> formula_words(Expression.parse(f"equal({first}, {second})").formula, {})
-'Lot › Tower and Lot › Tower@1 alike'
->>> formula_words(Expression.parse("({Floor} * $storey + $plinth) / $front").formula, {Pattern("Floor"): "floors"})
+>>> formula_words(Expression.parse(f"equal({first}, {second})").formula, FeatureNames())
+'Lot › Tower (successor 1) and Lot › Tower (successor 2) alike'
+>>> floors = FeatureNames({Pattern("Floor"): "floors"})
+>>> formula_words(Expression.parse("({Floor} * $storey + $plinth) / $front").formula, floors)
 '(floors · storey + plinth) over front'
 >>> lots = (f"which({{Lot > A@{i}:1}}, {{Lot > A@{i}:0}})" for i in (0, 1))
->>> formula_words(Expression.parse(f"ascending({', '.join(lots)})").formula, {Pattern("A", branch=(0,)): "A → pale"})
-'Lot › A and Lot › A@1 never fall in the order A:1, pale'
+>>> pale = FeatureNames({Pattern("A", branch=(0,)): "A → pale"})
+>>> formula_words(Expression.parse(f"ascending({', '.join(lots)})").formula, pale)
+'Lot › A (successor 1) and Lot › A (successor 2) never fall in the order alternative 2, pale'
 >>> alike, both = "({*[A:0 + A:0]} + {*[A:1 + A:1]})", "{*[A:* + A:*]}"
->>> formula_words(Expression.parse(f"{both} > 0 and {alike} == {both}").formula, {})
+>>> formula_words(Expression.parse(f"{both} > 0 and {alike} == {both}").formula, FeatureNames())
 'all adjacent A with the same choice'
+>>> table = " or ".join(f"({{Roof:{number}}} and {{Plinth:{number}}})" for number in range(8))
+>>> formula_words(Expression.parse(table).formula, FeatureNames())
+'a relation of Roof and Plinth'
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
+from grammarlab.features.columns.column_names import FeatureNames
 from grammarlab.features.patterns.pattern import (
     ZERO,
     Apply,
@@ -39,12 +44,17 @@ from grammarlab.language.dimensions import UNKNOWN, unit_of_result
 
 ONE_OF = "one of these: "
 """What words for a table of several pairs begin with."""
+RELATION = "a relation of "
+"""What words for a statement that is too long to be read begin with; it says what the statement is about."""
+COMBINATION = "a combination of "
+"""What words for a number that is too long to be read begin with."""
+MAX_LENGTH = 160
+"""Largest number of characters of words: two lines of a page."""
 _MAX_LISTED = 4
 """Largest number of elements of a sequence that are all named."""
+_MAX_SUBJECTS = 3
+"""Largest number of things that a formula is said to be about."""
 _ADJACENT = "adjacent"
-_IN_PARENTHESES = re.compile(r" \([^()]*\)")
-_Edge: TypeAlias = tuple[str | None, int | None, str | None]
-"""Symbol of a node, index of one of its successors, and the symbol of this successor."""
 _SIGNS: Mapping[str, str] = {
     "+": " + ",
     "-": " − ",
@@ -78,6 +88,11 @@ _FORMS: Mapping[str, str] = {
     "count": "number of these: {}",
 }
 _PRODUCTS = ("*", "/", "%")
+_NUMBERS = (
+    *("+", "-", "*", "/", "%", "distinct", "changes", "odd", "longest_run", "least", "min", "max", "which", "choose"),
+    *("count", "abs", "sqrt", "exp", "log", "floor", "ceil", "rint"),
+)
+"""Operations whose results are numbers; those of others are statements."""
 
 
 class _Words(NamedTuple):
@@ -86,34 +101,19 @@ class _Words(NamedTuple):
     """Operation that made it, if its text needs parentheses inside others."""
 
 
-def formula_words(formula: Formula, names: Mapping[Feature, str]) -> str:
-    """A formula in words.
+def formula_words(formula: Formula, names: FeatureNames) -> str:
+    """A formula in words; if these are longer than `MAX_LENGTH`, only what it is about.
 
     Args:
         formula: the formula.
-        names: words for features; others have their texts.
+        names: words for features.
     """
-    writer = _Writer(formula.steps, names, _successors(names))
+    writer = _Writer(formula.steps, names)
     words: list[_Words] = []
     for step in formula.steps:
         words.append(writer.words(step, words))
-    return words[-1].text
-
-
-def neighbour_words(feature: Feature, names: Mapping[Feature, str]) -> str:
-    """Neighbours below a node of any symbol, in words; empty for anything else.
-
-    >>> from grammarlab.features.expression import Expression
-    >>> names = {Pattern(symbol, branch=(0,)): f"{symbol} → old" for symbol in ("Roof", "Wall")}
-    >>> neighbour_words(Expression.parse("{*[Roof:0 + Wall:0]}").formula.features[0], names)
-    'Roof = old beside Wall = old'
-    """
-    match feature:
-        case Pattern(symbol=None, branch=None, below=(Below(run=(_, _, *_) as run, child=None, deep=False),)):
-            words = [names.get(node, "").replace(" → ", " = ") for node in run]
-            return " beside ".join(words) if all(words) else ""
-        case _:
-            return ""
+    text = words[-1].text
+    return text if len(text) <= MAX_LENGTH else writer.subject()
 
 
 def unit_of(feature: Feature, of_draw: Callable[[str], str]) -> str:
@@ -145,16 +145,14 @@ def _unit_of(feature: Feature, of_draw: Callable[[str], str]) -> str:
 @dataclass(frozen=True)
 class _Writer:
     steps: Sequence[Step]
-    names: Mapping[Feature, str]
-    successors: Mapping[_Edge, str]
-    """Names of successors below symbols."""
+    names: FeatureNames
 
     def words(self, step: Step, earlier: Sequence[_Words]) -> _Words:
         """Words for a step, from those of the steps before it."""
         if isinstance(step, ConstantTerm):
             return _Words(_number(step.value))
         if isinstance(step, Measure):
-            return _Words(self.names.get(step.feature, str(step.feature)))
+            return _Words(self.names[step.feature])
         phrase = self._place(step) or self._of_pairs(step, earlier) or self._of_kinds(step) or self._use(step, earlier)
         if phrase:
             return _Words(phrase)
@@ -169,17 +167,44 @@ class _Writer:
         if step.operation == "ascending" and (order := self._order(self.steps[step.operands[0]])):
             return _Words(f"{_listed([operand.text for operand in operands])} never fall in the order {order}")
         if step.operation in _FORMS:
-            return _Words(_FORMS[step.operation].format(_listed([operand.text for operand in operands])))
-        return _Words(
-            f"not {operands[0].text}" if step.operation == "not" else f"{step.operation} of {operands[0].text}"
-        )
+            texts = [operand.text for operand in operands]
+            things = [text.replace("number of ", "") for text in texts] if step.operation == "count" else texts
+            return _Words(_FORMS[step.operation].format(_listed(things)))
+        first = operands[0]
+        if step.operation == "not":
+            return _Words(f"not ({first.text})" if first.operation in ("+", "and", "or") else f"not {first.text}")
+        return _Words(f"{step.operation} of {first.text}")
+
+    def subject(self) -> str:
+        """What the formula is about."""
+        last = self.steps[-1]
+        is_number = isinstance(last, Apply) and last.operation in _NUMBERS
+        things, kind = list(dict.fromkeys(self._subjects(last))), COMBINATION if is_number else RELATION
+        texts = (kind + _first_of(things, most) for most in range(_MAX_SUBJECTS, 1, -1))
+        return next((text for text in texts if len(text) <= MAX_LENGTH), kind + _first_of(things, 1))
+
+    def _subjects(self, step: Step) -> Iterator[str]:
+        """The places of choices and the draws that a step reads, without conditions on where they are used."""
+        if isinstance(step, Measure):
+            feature = step.feature
+            yield self.names.place(feature) if isinstance(feature, Pattern) else feature.site
+        elif isinstance(step, Apply):
+            for index in step.operands[self._is_use(step) :]:
+                yield from self._subjects(self.steps[index])
+
+    def _is_use(self, step: Apply) -> bool:
+        """Whether a model uses what the second operand reads is the first operand."""
+        condition = self.steps[step.operands[0]]
+        if step.operation not in ("*", "and") or not isinstance(condition, Apply) or condition.operation != ">":
+            return False
+        return bool(self._added_at(condition, 0))
 
     def _place(self, step: Apply) -> str:
         """The place of a choice that `which` numbers by its alternatives; empty for anything else."""
         if step.operation != "which":
             return ""
         present = [self.steps[index] for index in step.operands if self.steps[index] != ZERO]
-        places = [[self._location(pattern) for pattern in self._added(alternative)] for alternative in present]
+        places = [[self.names.place(pattern) for pattern in self._added(alternative)] for alternative in present]
         same = set(places[0]) if places else set[str]()
         return " or ".join(dict.fromkeys(places[0])) if same and all(set(each) <= same for each in places) else ""
 
@@ -192,7 +217,7 @@ class _Writer:
         branches = [node.branch or () for node in nodes]
         if branches == sorted(branches):
             return ""
-        names = (self.names.get(node, str(node)).rpartition(" → ")[2] for node in nodes)
+        names = (self.names[node].rpartition(" → ")[2] for node in nodes)
         return ", ".join(names)
 
     def _of_pairs(self, step: Apply, earlier: Sequence[_Words]) -> str:
@@ -214,13 +239,13 @@ class _Writer:
         """The share of an alternative, the number of those that occur, or of choices that are not the most frequent."""
         if step.operation == "/" and (one := self._added_at(step, 0)) and (total := self._added_at(step, 1)):
             is_share = _with_any(one[0]) == total[0] and len(one) == len(total) == 1
-            return f"share of {self.names.get(one[0], str(one[0]))}" if is_share else ""
+            return f"share of {self.names[one[0]]}" if is_share else ""
         if step.operation == "count" and all(map(self._added, (self.steps[index] for index in step.operands))):
-            places = {self._location(one) for index in step.operands for one in self._added(self.steps[index])}
+            places = {self.names.place(one) for index in step.operands for one in self._added(self.steps[index])}
             return f"number of kinds of {places.pop()}" if len(places) == 1 else ""
         most = self.steps[step.operands[-1]]
         if step.operation == "-" and isinstance(most, Apply) and most.operation == "max":
-            places = {self._location(one) for index in most.operands for one in self._added(self.steps[index])}
+            places = {self.names.place(one) for index in most.operands for one in self._added(self.steps[index])}
             return f"number of {places.pop()} unlike the most" if len(places) == 1 else ""
         return ""
 
@@ -229,9 +254,7 @@ class _Writer:
         operands = [self.steps[index] for index in step.operands]
         if step.operation != "*" or not isinstance(operands[1], Measure) or not isinstance(operands[1].feature, Draw):
             return ""
-        condition = operands[0]
-        is_use = isinstance(condition, Apply) and condition.operation == ">" and bool(self._added_at(condition, 0))
-        return f"{earlier[step.operands[1]].text} where used" if is_use else ""
+        return f"{earlier[step.operands[1]].text} where used" if self._is_use(step) else ""
 
     def _table(self, step: Apply) -> str:
         """A table of which alternatives of two choices go together: ``Base = Shop / Bar with Roof = Flat``."""
@@ -271,7 +294,7 @@ class _Writer:
     def _choice(self, step: Step) -> str:
         """One alternative of a choice, where it is used or anywhere; empty for anything else."""
         if isinstance(step, Measure):
-            name = self.names.get(step.feature, str(step.feature)).removeprefix("any ")
+            name = self.names[step.feature].removeprefix("any ")
             choice = name.replace(" → ", " = ")
             return choice if choice.count(" = ") == 1 else ""
         if isinstance(step, Apply) and step.operation == "and":
@@ -289,27 +312,14 @@ class _Writer:
         """A pair of choices; empty for a pattern of anything else."""
         match pattern.below:
             case (Below(run=(_,)) as first, Below(run=(_,)) as second):
-                places = [self._location(replace(pattern, below=(below,))) for below in (first, second)]
+                places = [self.names.place(replace(pattern, below=(below,))) for below in (first, second)]
                 return f"same choice at {places[0]} and {places[1]}"
             case (Below(run=(first, *_, last)),) if first.symbol == last.symbol:
-                place = self._location(first)
+                place = self.names.place(first)
                 inner = f" at {place.removeprefix(f'{first.symbol} › ')}" if first.below else ""
                 return f"{_ADJACENT} {first.symbol or 'parts'} with the same choice{inner}"
             case _:
                 return ""
-
-    def _location(self, pattern: Pattern) -> str:
-        """The place of the lowest node of a pattern, as a table names it."""
-        place, above = pattern.symbol or "", pattern
-        while above.below:
-            below = above.below[-1]
-            node = below.run[-1]
-            if node.symbol:
-                bare = f"{node.symbol}@{below.child}" if below.child else node.symbol
-                name = self.successors.get((above.symbol, below.child, node.symbol), bare)
-                place += f"{' › ' if place else ''}{name}"
-            above = node
-        return place or "*"
 
     def _added(self, step: Step) -> list[Pattern]:
         """Patterns that a step adds up; empty if it does anything else."""
@@ -349,23 +359,9 @@ def _joined(operation: str, first: _Words, second: _Words) -> str:
         needs = bool(words.operation) and not same and (binds_less or operation in {"*", "/", "%"})
         return f"({words.text})" if needs else words.text
 
+    if operation == "+" and second.text.startswith("-"):
+        operation, second = "-", _Words(second.text.removeprefix("-"))
     return f"{inside(first, False)}{_SIGNS[operation]}{inside(second, True)}"
-
-
-def _successors(names: Mapping[Feature, str]) -> dict[_Edge, str]:
-    """Names of successors below symbols, from the names of paths: ``Lot (Pair) › Tower 2 → Brick``."""
-    successors: dict[_Edge, str] = {}
-    for feature, name in names.items():
-        parts = _IN_PARENTHESES.sub("", name.partition(" → ")[0]).split(" › ")
-        above = feature if isinstance(feature, Pattern) else Pattern()
-        for part in parts[1:]:
-            if len(above.below) != 1:
-                break
-            below = above.below[0]
-            edge = above.symbol, below.child, below.run[0].symbol
-            successors[edge] = max(successors.get(edge, ""), part, key=len)  # with its number, if any rule has several
-            above = below.run[0]
-    return successors
 
 
 def _lowest(pattern: Pattern) -> Pattern:
@@ -378,6 +374,19 @@ def _lowest(pattern: Pattern) -> Pattern:
 def _with_any(pattern: Pattern) -> Pattern:
     """A pattern of a node with any branch."""
     return replace(pattern, branch=())
+
+
+def _first_of(texts: Sequence[str], most: int) -> str:
+    """Texts, of too many the first ones and the number of the others.
+
+    >>> _first_of(["a", "b", "c"], 2)
+    'a and 2 others'
+    """
+    if len(texts) <= most:
+        return _listed(texts)
+    first = texts[: max(most - 1, 1)]
+    num = len(texts) - len(first)
+    return _listed([*first, f"{num} other{'s' if num > 1 else ''}"])
 
 
 def _listed(texts: Sequence[str]) -> str:

@@ -147,6 +147,7 @@ class Vocabulary:
             groups=self.groups,
             group_names=self.group_names,
             scales=self.scales,
+            labels=self.labels,
         )
 
 

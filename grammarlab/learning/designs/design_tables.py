@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
+from grammarlab.features.columns.column_names import FeatureNames
 from grammarlab.features.columns.feature_table import FeatureTable
 from grammarlab.features.columns.formula_names import formula_words, unit_of
+from grammarlab.features.patterns.node_labels import NodeLabels
 from grammarlab.features.patterns.pattern import Feature, Formula
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, DesignColumns, Designs
@@ -59,6 +61,13 @@ class DesignTable:
     """[F] how likely columns are to matter to a person, relative to each other; None if all are equally likely."""
     units: tuple[str, ...] = ()
     """[F] units of the features, empty for none; () if none has one."""
+    labels: NodeLabels | None = None
+    """Labels of the nodes of the designs; None if they have no nodes."""
+
+    @cached_property
+    def words(self) -> FeatureNames:
+        """Words for features, columns or not."""
+        return FeatureNames(dict(zip(self.features, self.names, strict=True)), self.labels)
 
     def values(self, num: int) -> Floats:
         """[num, F] values of the features of the first designs, in their units."""
@@ -149,6 +158,7 @@ class DesignTables(Generic[Designs]):
             logarithmic=None if base.logarithmic is None else np.append(base.logarithmic, np.zeros(len(names), bool)),
             priors=_priors(base, columns.prices),
             units=tuple(unit_of(feature, self.space.unit_of) for feature in (*base.features, *columns.extra)),
+            labels=base.labels,
         )
 
     def _count(
@@ -183,10 +193,12 @@ def _priors(base: FeatureTable, prices: tuple[float, ...]) -> Floats | None:
 
 
 def _names(features: Sequence[Feature], base: FeatureTable) -> tuple[str, ...]:
-    """Readable names of features composed of others; their text if another column has the same name."""
-    base_names = dict(zip(base.features, base.names, strict=True))
-    texts = [
-        formula_words(feature, base_names) if isinstance(feature, Formula) else str(feature) for feature in features
-    ]
-    occurrences = Counter((*base.names, *texts))
-    return tuple(str(feature) if occurrences[text] > 1 else text for feature, text in zip(features, texts, strict=True))
+    """Readable names of features composed of others, numbered if another column has the same name."""
+    names = FeatureNames(dict(zip(base.features, base.names, strict=True)), base.labels)
+    texts = [formula_words(feature, names) if isinstance(feature, Formula) else names[feature] for feature in features]
+    occurrences = Counter(base.names)
+    numbered: list[str] = []
+    for text in texts:
+        occurrences[text] += 1
+        numbered.append(f"{text} ({occurrences[text]})" if occurrences[text] > 1 else text)
+    return tuple(numbered)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.density.exact.name_words import MOST_NAMED
-from grammarlab.features.columns.formula_names import ONE_OF, formula_words
+from grammarlab.features.columns.formula_names import COMBINATION, ONE_OF, RELATION, formula_words
 from grammarlab.features.patterns.pattern import Apply, Feature, Formula
 from grammarlab.language.dimensions import DEGREES
 from grammarlab.language.display_names import DisplayNames
@@ -275,7 +275,8 @@ class _ColumnWords:
         if not isinstance(difference, Apply) or difference.operation != "-" or self.is_integer[column]:
             return ""
         compared = Apply(">=" if np.isfinite(interval.low) else "<", difference.operands)
-        return formula_words(Formula((*terms, compared)), dict(zip(self.table.features, self.table.names, strict=True)))
+        text = formula_words(Formula((*terms, compared)), self.table.words)
+        return f"{text} holds" if text.startswith(RELATION) else text
 
     def _is_choice(self, column: int) -> bool:
         """Whether a column is a property that designs have or not: its values are 0 and 1."""
@@ -287,6 +288,12 @@ class _ColumnWords:
         has, thing = interval.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
         if thing.startswith(ONE_OF):
             yield thing if has else f"none{thing.removeprefix('one')}"
+            return
+        if thing.startswith(RELATION):
+            yield f"{thing} {'holds' if has else 'does not hold'}"
+            return
+        if thing.startswith(COMBINATION):
+            yield f"{thing}: {'1' if has else 'none'}"
             return
         is_statement = thing.startswith(_STATEMENT_STARTS) or thing.endswith(_STATEMENT_ENDS)
         is_statement |= _WITH in thing and all(" = " in choice for choice in thing.split(_WITH))

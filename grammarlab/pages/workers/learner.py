@@ -12,11 +12,9 @@ from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats
 from grammarlab.asset_roots import AssetRoot
-from grammarlab.features.columns.formula_names import neighbour_words
 from grammarlab.learning.answers import Answers, answers_for
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.design_space import AbstractDesignSpace
-from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.fitting import fit
 from grammarlab.learning.interview import next_factor
@@ -194,7 +192,7 @@ class _LastUpdate:
     def _predictions(self, preference: AbstractPreference, rows: Floats) -> Predictions:
         prediction = preference.predict(rows)
         weights = _column_weights(preference)
-        names = list(map(self._study.space.display_names.text, _group_words(self._study.table(self._state))))
+        names = list(map(self._study.space.display_names.text, self._study.table(self._state).group_names))
         relevances = [entry for entry in preference.explain(names)[:MOST_RELEVANCES] if entry.level != "none"]
         return Predictions(
             prediction.mean.astype(np.float32),
@@ -233,13 +231,6 @@ class _LastUpdate:
         without = tuple(map(Address.parse, choice.without))
         chosen = ask(self._study, state, choice.num, choice.seed, factor=choice.factor, way=way, without=without)
         return tuple(map(str, chosen))
-
-
-def _group_words(table: DesignTable) -> list[str]:
-    """Names of the groups of columns, with words for pairs of neighbours, which names write as patterns."""
-    names = dict(zip(table.features, table.names, strict=True))
-    words = {str(feature): neighbour_words(feature, names) for feature in table.features}
-    return [words.get(name) or name for name in table.group_names]
 
 
 def _answers(factors: Factors, space: AbstractDesignSpace[Any]) -> tuple[Answers, ...]:

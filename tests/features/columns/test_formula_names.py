@@ -4,56 +4,82 @@ from __future__ import annotations
 
 import itertools
 import random
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import grammarlab as gl
 from grammarlab.arrays import Floats
 from grammarlab.derivation.derive import derive
-from grammarlab.features.columns.formula_names import ONE_OF, formula_words, unit_of
-from grammarlab.features.columns.vocabulary import extract
+from grammarlab.features.columns.column_names import FeatureNames
+from grammarlab.features.columns.formula_names import MAX_LENGTH, ONE_OF, formula_words, unit_of
+from grammarlab.features.columns.vocabulary import Options, extract
 from grammarlab.features.expression import Expression
+from grammarlab.features.patterns.node_labels import NodeLabels
 from grammarlab.features.patterns.operations import evaluate
-from grammarlab.features.patterns.pattern import Atom, Draw, Pattern
+from grammarlab.features.patterns.pattern import Atom, Formula, Pattern
+from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.dimensions import UNKNOWN
 from grammarlab.language.grammar import Grammar
+from grammarlab.learning.chosen_candidates import chosen_candidates
+from grammarlab.learning.designs.grammar_space import GrammarSpace
+from grammarlab.learning.settings import FeatureOptions
+from tests.cases import takes_turns
 
 ALIKE, BOTH = "({*[A:0 + A:0]} + {*[A:1 + A:1]})", "{*[A:* + A:*]}"
+RAW = re.compile(r"[@$*{}\[\]]|>|\w:[\d*]")
+"""What only the text of a formula has."""
+TOWERS = """
+Lot --> 50% : Pair else : Tower
+Pair --> Tower Tower
+Tower --> 30% : Brick. else : Glass.
+"""
 FAR, THREE = "({*[A:0 + A:* + A:0]} + {*[A:1 + A:* + A:1]})", "{*[A:* + A:* + A:*]}"
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("{Floor} * $a + $b", "Floor · a + b"),
-        ("({Floor} * $a + $b) / $c", "(Floor · a + b) over c"),
+        ("{Floor} * $a + $b", "number of Floor · a + b"),
+        ("({Floor} * $a + $b) / $c", "(number of Floor · a + b) over c"),
         ("$a - ($b - $c)", "a − (b − c)"),
         ("$a - ($b + $c)", "a − (b + c)"),
         ("$a - $b - $c", "a − b − c"),
         ("$a / ($b * $c)", "a over (b · c)"),
         ("$a * $b / $c", "a · b over c"),
-        ("{Floor} % 2 == 1", "Floor modulo 2 equal to 1"),
+        ("{Floor} % 2 == 1", "number of Floor modulo 2 equal to 1"),
         ("$a > $b", "a above b"),
-        ("odd({A:0}, {A:1}, {A:2})", "number unlike the most among A:0, A:1 and A:2"),
-        ("equal({A}, {B}, {C}, {D}, {E})", "A to E (5) alike"),
+        (
+            "odd({A:0}, {A:1}, {A:2})",
+            "number unlike the most among A → alternative 1, A → alternative 2 and A → alternative 3",
+        ),
+        ("equal({A}, {B}, {C}, {D}, {E})", "number of A to number of E (5) alike"),
         ("not ($a == $b)", "not a equal to b"),
-        ("{A:0} + {B:0}", "A:0 + B:0"),
-        ("{A:1} / {A:*}", "share of A:1"),
+        ("{A:0} + {B:0}", "A → alternative 1 + B → alternative 1"),
+        ("{A:1} / {A:*}", "share of A → alternative 2"),
         ("({A:1} > 0) * $h + $w", "h where used + w"),
+        ("$a + (0 - 1) * $b", "a − 1 · b"),
+        ("$a + (-1)", "a − 1"),
+        ("not ({A:0} and {B})", "not (A → alternative 1 and number of B)"),
         ("count({A:0}, {A:1})", "number of kinds of A"),
-        ("count({A:0}, {B}, not {C})", "number of these: A:0, B and not C"),
+        ("count({A:0}, {B}, not {C})", "number of these: A → alternative 1, B and not C"),
         ("followed(1, 2, $a, $b, $c)", "alternative 1 followed by 2 among a, b and c"),
         ("{A} - max({A:0}, {A:1})", "number of A unlike the most"),
-        ("which({A > B@0:0}, {A > B@1:0})", "position of the first of A > B@0:0 and A > B@1:0"),
+        (
+            "which({A > B@0:0}, {A > B@1:0})",
+            "position of the first of A › B (successor 1) → alternative 1 and A › B (successor 2) → alternative 1",
+        ),
         ("which(0, {A:1})", "A"),
         (f"{BOTH} - {ALIKE}", "exceptions to adjacent A with the same choice"),
         (f"{BOTH} > 0 and {ALIKE} == 0", "no adjacent A with the same choice"),
         (f"{BOTH} > 0 and {ALIKE} == 0 and {FAR} == {THREE}", "adjacent A with the same choice by turns"),
-        ("{S[L@0:0, R@1:0]} + {S[L@0:1, R@1:1]}", "same choice at S › L and S › R@1"),
+        ("{S[L@0:0, R@1:0]} + {S[L@0:1, R@1:1]}", "same choice at S › L (successor 1) and S › R (successor 2)"),
     ],
 )
 def test_words_bind_as_the_formula_does(text, words):
-    assert formula_words(Expression.parse(text).formula, {}) == words
+    assert formula_words(Expression.parse(text).formula, FeatureNames()) == words
 
 
 def test_a_choice_at_a_place_is_named_as_the_table_names_the_place():
@@ -65,12 +91,12 @@ def test_a_choice_at_a_place_is_named_as_the_table_names_the_place():
         """
     )
     table = extract([derive(grammar, 200, seed=1)])
-    names = dict(zip(table.features, table.names, strict=True))
+    names = FeatureNames(dict(zip(table.features, table.names, strict=True)), table.labels)
     places = [f"which({{Pair:* > Tower@{i}:0}}, {{Pair:* > Tower@{i}:1}})" for i in (0, 1)]
     formula = Expression.parse(f"equal({places[0]}, {places[1]})").formula
     assert formula_words(formula, names) == "Pair › Tower 1 and Pair › Tower 2 alike"
     role = Expression.parse("which({A:0} + {B:0}, {A:1} + {B:1})").formula
-    assert formula_words(role, {}) == "A or B"
+    assert formula_words(role, FeatureNames()) == "A or B"
 
 
 def is_said(words: str, made: dict[str, str]) -> bool:
@@ -97,7 +123,7 @@ def test_tables_of_pairs_say_which_alternatives_go_together(seed):
     text = " or ".join(f"{some('A')} and {some('B')}" for _ in range(randomness.randint(1, 3)))
     formula = Expression.parse(text).formula
     atoms = {Pattern(symbol, branch=(i,)): f"{symbol} → {symbol}{i}" for symbol in "AB" for i in range(3)}
-    words = formula_words(formula, {**atoms})
+    words = formula_words(formula, FeatureNames({**atoms}))
     cases = list(itertools.product(["A0", "A1", "A2", ""], ["B0", "B1", "B2", ""]))
     columns: dict[Atom, Floats] = {}
     columns |= {
@@ -117,7 +143,58 @@ def test_what_is_no_pair_of_choices_is_no_table():
         ("{A:0} and {B:0} and {A:0} + 1", "A = x with B = y and (A → x + 1)"),
         ("({C} > 0 and $k:1) and {A:0}", "k = 1 with A = x"),
     ):
-        assert formula_words(Expression.parse(text).formula, {**names, Draw("k", 1): "k = 1"}) == words
+        assert formula_words(Expression.parse(text).formula, FeatureNames({**names})) == words
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("Pair:* > Tower@1:0", "Pair › Tower 2 → Brick"),
+        ("Pair > Tower@0:1", "Pair › Tower 1 → Glass"),
+        ("Lot:1 > Tower@0:0", "Lot (Tower) › Tower → Brick"),
+        ("Lot > *@0 > Tower@1:0", "Lot › Tower 2 → Brick"),
+        ("Lot:0 > *@0 > Tower@1:0", "Lot (Pair) › Pair › Tower 2 → Brick"),
+        ("Lot:0 >> Tower:1", "Lot (Pair) ⋯ Tower → Glass"),
+        ("*[Tower:0 + Tower:1]", "Tower = Brick beside Tower = Glass"),
+        ("Pair[Tower@0:0, Tower@1:1]", "Pair › Tower 1 = Brick with Pair › Tower 2 = Glass"),
+        ("Tower", "number of Tower"),
+        ("Tower:*", "number of Tower"),
+        ("*:0", "parts → Pair / Brick"),
+        ("Nowhere:1.0 > Else@3", "Nowhere (alternative 2.1) › Else (successor 4)"),
+        ("Brick.", "number of Brick"),
+    ],
+)
+def test_features_that_are_no_columns_are_named_as_columns_are(text, words):
+    forest = derive(Grammar.parse(TOWERS), 200, seed=1)
+    assert FeatureNames({}, NodeLabels.of([forest]))[parse(text)] == words
+
+
+def test_names_that_are_built_from_steps_are_those_of_columns():
+    """Paths of a table whose nodes have branches are named alike, whether the table gives the name or not."""
+    forest = derive(Grammar.parse(TOWERS), 200, seed=1)
+    table = extract([forest], Options(length=3, far_pairs=True))
+    built = FeatureNames({}, table.labels)
+    assert [built[feature] for feature in table.features] == list(table.names)
+
+
+@takes_turns
+@pytest.mark.parametrize(
+    "path", sorted((Path(__file__).parents[3] / "grammars").glob("*.cga")), ids=lambda path: path.stem
+)
+def test_no_formula_about_a_shipped_grammar_shows_its_syntax(path):
+    """300 random candidates and all that random scores suggest, in the words of a grammar and of people."""
+    space = GrammarSpace(gl.load(path.stem), gl.load(path.stem).assets)
+    forests = list(space.sample(True, 40, 1))
+    table = space.tabulated(forests, FeatureOptions())[1]
+    names = FeatureNames(dict(zip(table.features, table.names, strict=True)), table.labels)
+    made, randomness = space.candidates(forests), np.random.default_rng(0)
+    features = [made.makers[index]() for index in randomness.permutation(len(made.makers))[:300]]
+    features += [one.formula() for one in chosen_candidates(made.elements, randomness.uniform(0.0, 100.0, 40))]
+    for feature in features:
+        words = formula_words(feature, names) if isinstance(feature, Formula) else names[feature]
+        for text in (words, space.display_names.text(words)):
+            assert not RAW.search(text), (text, str(feature))
+        assert len(words) <= MAX_LENGTH, (words, str(feature))
 
 
 @pytest.mark.parametrize(

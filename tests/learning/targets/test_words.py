@@ -126,6 +126,15 @@ def test_statements_are_denied_as_such():
     assert words_of(table, 80.0 * rows[:, 1], np.ones(400)).dislikes == ("no Bay (0)",)
 
 
+def test_what_is_too_long_to_be_read_holds_or_does_not():
+    rows = coins(400, 2)
+    table = table_of(rows, ["a relation of Roof and Wall", "a combination of a and b"])
+    assert words_of(table, 80.0 * rows[:, 0], np.ones(400)) == Words(
+        ("a relation of Roof and Wall holds (80)",), ("a relation of Roof and Wall does not hold (0)",)
+    )
+    assert words_of(table, 80.0 * rows[:, 1], np.ones(400)).dislikes == ("a combination of a and b: none (0)",)
+
+
 def test_sums_of_things_are_told_as_numbers_of_these():
     rows = coins(600, 3)
     table = table_of(
