@@ -34,7 +34,7 @@ def view(
         if as_json and html is None:
             raise UsageError("--json is about the file of --html: say which.")
         folders = [folder for folder in (run, other) if folder is not None]
-        page = run_page(folders, megabytes << 20)
+        page = run_page(folders, megabytes << 20, sent=html is not None)
         for folder, count in zip(folders, page.left_out, strict=True):
             if count:
                 say(f"{folder}: {count:,} models are left out: not finished, or beyond --megabytes {megabytes}")

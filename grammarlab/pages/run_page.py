@@ -9,6 +9,7 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 from tempfile import TemporaryDirectory
 from typing import Any
 
@@ -66,12 +67,14 @@ class RunPage:
     """Number of models of each run that are not in it, since it would be too large."""
 
 
-def run_page(folders: Sequence[Path], max_bytes: int = MAX_BYTES) -> RunPage:
+def run_page(folders: Sequence[Path], max_bytes: int = MAX_BYTES, *, sent: bool = False) -> RunPage:
     """A page with the models of one run, or of two side by side, from what their folders hold.
 
     Args:
         folders: folders of runs, as `grammarlab.runs.sample.run.sample_run` writes them.
         max_bytes: largest size of all models; later models are left out.
+        sent: whether the page may be opened elsewhere: it names folders without paths, which are private and lead nowhere
+            there. Otherwise the options that it offers have the folders as they are given.
 
     Raises:
         UsageError: If there is not one run or two.
@@ -88,9 +91,10 @@ def run_page(folders: Sequence[Path], max_bytes: int = MAX_BYTES) -> RunPage:
         missing = request.total_models - len(models)
         left_out.append(missing)
         name = f"{request.name}, seed {request.seed}"
-        runs.append({"name": name, "folder": folder.name, "models": models, "leftOut": missing})
+        runs.append({"name": name, **_examples(folder, sent), "models": models, "leftOut": missing})
     if len({run["name"] for run in runs}) < len(runs):
-        runs = [{**run, "name": f"{run['name']}, in {run['folder']}"} for run in runs]
+        names = [_name(folder) for folder in folders]
+        runs = [{**run, "name": f"{run['name']}, in {folder}"} for run, folder in zip(runs, names, strict=True)]
     text = json.dumps(runs, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     built = STATIC / "view"
     content = _PAGE.format(
@@ -100,6 +104,16 @@ def run_page(folders: Sequence[Path], max_bytes: int = MAX_BYTES) -> RunPage:
         data=text,
     )
     return RunPage(content, tuple(left_out))
+
+
+def _examples(folder: Path, sent: bool) -> dict[str, str]:
+    """The folder as an argument of ``learn --examples`` in a shell, and from where it leads to the run."""
+    start = f"where the folder {_name(folder)} is" if sent else "where grammarlab view was started"
+    return {"folder": quote(_name(folder) if sent else folder.as_posix()), "start": start}
+
+
+def _name(folder: Path) -> str:
+    return folder.resolve().name
 
 
 def _within(models: Iterator[dict[str, Any]], max_bytes: int) -> list[dict[str, Any]]:

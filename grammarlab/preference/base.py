@@ -38,7 +38,7 @@ NEGLIGIBLE_SHARE = 0.01
 MANY_LABELS = 160
 """Number of labels from which on a part of the searches, or of the labels, is enough. More are only slower."""
 FEW = 3
-"""Number of trees, persons, starts or sweeps that are made where one alone might do. More are only slower."""
+"""Number of folds, sweeps, starts, steps without a gain, or kept results, where one may do. More are only slower."""
 SEVERAL = 8
 """Number of alternatives that a search continues with, those that a screening ranks first. More are only slower."""
 MANY = 24

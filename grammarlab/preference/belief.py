@@ -97,7 +97,7 @@ def process_gain(rows: Floats, scores: Floats, *, groups: Ints, continuous: Flag
         scores: [n] 0-100.
         groups: [F] group numbers.
         continuous: [F] whether columns are continuous.
-        seed: seed of the held-out labels, and of searches for kernels.
+        seed: seed of the held-out labels, and of the selection where there are many labels.
     """
     selected = some_labels(len(scores), seed)
     rows, scores = rows[selected], scores[selected]

@@ -104,7 +104,7 @@ function drawChart(movements) {
   const points = movements.map(({ labels, js }) => ({
     x: most > least ? 4 + ((labels - least) / (most - least)) * (width - 8) : width / 2,
     y: height - 4 - (js / highest) * (height - 12),
-    words: `${labels} scores: changed by ${asShare(js)}`,
+    words: `${counted(labels, "score") || "no scores"}: changed by ${asShare(js)}`,
   }));
   const line = svg("polyline", { class: "gl-line", points: points.map(({ x, y }) => `${x},${y}`).join(" ") });
   const dots = points.map(({ x, y, words }) => {

@@ -1,5 +1,6 @@
 import { element } from "../shared/element.js";
 import { makeBusy } from "./busy.js";
+import { counted } from "./known.js";
 import { choice, menu, textButton } from "../shared/menu.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -99,7 +100,7 @@ export function makeResults(page) {
     try {
       const format = file.name.split(".").pop()?.toLowerCase();
       const { result } = await page.channel.request("import", { format }, [await file.arrayBuffer()]);
-      page.say(`${result.added} scores imported`);
+      page.say(`${counted(result.added, "score") || "no scores"} imported`);
       outcome.replaceChildren(...hints(result.notes));
     } catch (error) {
       page.complain(error);
@@ -126,9 +127,9 @@ export function makeResults(page) {
     }
   }
 
-  /** Whether this window waits for a grammar or a sheet; their bar is one. */
   /** Below the buttons there is often no room left. @param {HTMLElement} part */
   const reveal = (part) => part.scrollIntoView({ block: "center" });
+  /** Whether this window waits for a grammar or a sheet; their bar is one. */
   const isBusy = () => learn.disabled || sheet.disabled;
 
   /** @type {string[]} */

@@ -5,17 +5,22 @@ import { element } from "../shared/element.js";
 /**
  * Models of a run that are marked as good examples, and the options with which `learn` learns from them.
  * @param {Run} run
+ * @param {(text: string) => void} say says what a key has changed, which screen readers do not see
  */
-export function makeExamples(run) {
+export function makeExamples(run, say) {
   /** @type {Set<number>} */
   const marked = new Set();
   let shown = -1;
-  const box = element("input", { type: "checkbox", onchange: () => set(box.checked) });
+  const box = element("input", {
+    type: "checkbox",
+    "aria-label": `a good example of ${run.name}`,
+    onchange: () => set(box.checked),
+  });
   const options = element("input", {
     class: "gl-input",
     readOnly: true,
     "aria-label": `Options of grammarlab learn for the examples of ${run.name}`,
-    title: "Options of grammarlab learn",
+    title: `Options of grammarlab learn, ${run.start}`,
     onfocus: () => options.select(),
   });
   const section = element(
@@ -41,7 +46,11 @@ export function makeExamples(run) {
   return {
     element: section,
     /** Mark the shown model, or take its mark away. */
-    toggle: () => (section.hidden ? undefined : set(!box.checked)),
+    toggle() {
+      if (section.hidden) return;
+      set(!box.checked);
+      say(`${run.name}, model ${shown}: ${box.checked ? "a good example" : "no longer a good example"}`);
+    },
     /** @param {number | null} index of the model that is shown now; none if the run does not have it */
     show(index) {
       section.hidden = index === null;

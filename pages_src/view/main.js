@@ -35,6 +35,7 @@ function build(runs) {
   const panes = runs.map((run) =>
     makePane(run, {
       damping: !still,
+      say: notes.say,
       complain: notes.complain,
       moved(pose) {
         if (follows) return;

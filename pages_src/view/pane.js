@@ -9,9 +9,9 @@ import { makeExamples } from "./examples.js";
 /**
  * One run: its model in 3D, with numbers and tree.
  * @param {Run} run
- * @param {{ damping: boolean, moved: (pose: any) => void, complain: (error: unknown) => void }} options
+ * @param {{ damping: boolean, moved: (pose: any) => void, say: (text: string) => void, complain: (error: unknown) => void }} options
  */
-export function makePane(run, { damping, moved, complain }) {
+export function makePane(run, { damping, moved, say, complain }) {
   const canvas = element("canvas", {
     class: "gl-canvas",
     tabIndex: 0,
@@ -22,7 +22,7 @@ export function makePane(run, { damping, moved, complain }) {
   const tree = makeTree(([, symbol]) => mark(symbol));
   const title = element("h2", { class: "vi-title" });
   const facts = element("dl", { class: "vi-facts" });
-  const examples = makeExamples(run);
+  const examples = makeExamples(run, say);
   /** @type {ReturnType<typeof show> | null} */
   let view = null;
   new ResizeObserver(() => view?.resize()).observe(canvas);

@@ -10,6 +10,11 @@
  * @property {import("../shared/tree.js").Row[]} tree
  * @property {string} glb gzip in base64
  *
- * @typedef {{ name: string, folder: string, models: Model[], leftOut: number }} Run
+ * @typedef {object} Run
+ * @property {string} name
+ * @property {string} folder as an argument in a shell
+ * @property {string} start from where the folder leads to the run
+ * @property {Model[]} models
+ * @property {number} leftOut
  */
 export {};

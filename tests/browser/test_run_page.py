@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import os
+import shlex
 from pathlib import Path
 from shutil import copytree
 from typing import Any
@@ -60,19 +63,23 @@ def test_two_runs_are_walked_with_mouse_and_keys(windows: Any, runs: list[Path],
     # Examples are marked by key and by mouse, each run has its own.
     first.focus()
     page.keyboard.press("m")
+    notes = page.locator("[aria-live=polite]")
+    expect(notes).to_contain_text("house, seed 0, model 0: a good example")
     page.keyboard.press("n")
     expect(second).to_have_attribute("data-shown", "1")
     mark, options = (
-        page.get_by_role("checkbox", name="a good example"),
+        page.get_by_role("checkbox", name="a good example of house, seed"),
         page.get_by_label("Options of grammarlab learn for the examples of house, seed 0"),
     )
     expect(mark.first).not_to_be_checked()
     mark.first.check()
-    expect(options).to_have_value("--examples one --models 0-1")
+    expect(options).to_have_value(f"--examples {shlex.quote(runs[0].as_posix())} --models 0-1")
     expect(mark.last).not_to_be_checked()
+    expect(page.get_by_role("checkbox", name="a good example of house, seed 1")).to_have_count(1)
     expect_accessible(page)
     page.keyboard.press("m")
-    expect(options).to_have_value("--examples one --models 0")
+    expect(options).to_have_value(f"--examples {shlex.quote(runs[0].as_posix())} --models 0")
+    expect(notes).to_contain_text("house, seed 0, model 1: no longer a good example")
     page.get_by_role("combobox", name="Model").select_option("2")
     expect(first).to_have_attribute("data-shown", "2")
     expect(page.get_by_text("</script>").first).to_be_visible()
@@ -97,6 +104,28 @@ def expect_change(canvas: Any, before: bytes) -> None:
             return
         canvas.page.wait_for_timeout(50)
     raise AssertionError("the picture has not changed")
+
+
+def test_offered_options_lead_to_the_run(runs: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    run = copytree(runs[0], tmp_path / "out" / "my run; $HOME")
+    places = {
+        tmp_path: Path("out", run.name),
+        run: Path(),
+        run.parent: run,
+        runs[0]: Path(os.path.relpath(run, runs[0])),
+    }
+    for place, folder in places.items():
+        monkeypatch.chdir(place)
+        (argument,) = shlex.split(offered(run_page([folder]).content))
+        assert Path(argument).samefile(run)
+        # A page that is sent has no paths of whoever made it.
+        assert shlex.split(offered(run_page([folder], sent=True).content)) == [run.name]
+
+
+def offered(content: str) -> str:
+    """The folder in the data of a page, as a text for a shell."""
+    data = content.split('id="runs">')[1].split("</script>", maxsplit=1)[0]
+    return json.loads(data)[0]["folder"]
 
 
 def test_runs_of_one_name_are_told_apart_by_their_folders(runs: list[Path], tmp_path: Path):

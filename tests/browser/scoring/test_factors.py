@@ -80,6 +80,9 @@ def test_scores_go_out_as_a_file_and_come_back(towers, tmp_path):
     expect(towers.page.locator(".gl-outcome p")).to_have_text(
         [re.compile("^Note: 1 row without a score is left out"), re.compile("^Note: .*fractions of 100")]
     )
+    file.write_text(json.dumps(labels[0]))
+    towers.page.locator("input[type=file]").set_input_files(file)
+    expect(towers.page.get_by_text("1 score imported")).to_be_visible()
 
 
 def test_a_file_without_scores_is_refused_with_a_reason(towers, tmp_path):

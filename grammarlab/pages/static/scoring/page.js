@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source f4d0ea5558455033 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 66bc4c5b4a2b0df5 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -1320,7 +1320,7 @@ function drawChart(movements) {
   const points = movements.map(({ labels, js: js2 }) => ({
     x: most > least ? 4 + (labels - least) / (most - least) * (width - 8) : width / 2,
     y: height - 4 - js2 / highest * (height - 12),
-    words: `${labels} scores: changed by ${asShare(js2)}`
+    words: `${counted(labels, "score") || "no scores"}: changed by ${asShare(js2)}`
   }));
   const line = svg("polyline", { class: "gl-line", points: points.map(({ x, y }) => `${x},${y}`).join(" ") });
   const dots = points.map(({ x, y, words }) => {
@@ -2022,7 +2022,7 @@ function makeResults(page) {
     try {
       const format = file.name.split(".").pop()?.toLowerCase();
       const { result } = await page.channel.request("import", { format }, [await file.arrayBuffer()]);
-      page.say(`${result.added} scores imported`);
+      page.say(`${counted(result.added, "score") || "no scores"} imported`);
       outcome.replaceChildren(...hints(result.notes));
     } catch (error) {
       page.complain(error);
