@@ -73,8 +73,8 @@ def run_page(folders: Sequence[Path], max_bytes: int = MAX_BYTES, *, sent: bool 
     Args:
         folders: folders of runs, as `grammarlab.runs.sample.run.sample_run` writes them.
         max_bytes: largest size of all models; later models are left out.
-        sent: whether the page may be opened elsewhere: it names folders without paths, which are private and lead nowhere
-            there. Otherwise the options that it offers have the folders as they are given.
+        sent: whether the page may be opened elsewhere: it names folders without paths, which are private and lead
+            nowhere there. Otherwise the options that it offers have the folders as they are given.
 
     Raises:
         UsageError: If there is not one run or two.
