@@ -33,7 +33,6 @@ from grammarlab.language.syntax.syntax_tree import (
     Scoped,
     Sequence,
     Stochastic,
-    walk,
 )
 from grammarlab.language.syntax.tokens import Comment, Token, tokenize
 
@@ -143,16 +142,22 @@ class _Formatter:
     def _anchors(self, node: Node) -> list[Location]:
         """Places for comments inside a node."""
         locations: list[Location] = []
-        for inner in walk(node):
+        stack: list[Node] = [node]
+        while stack:
+            inner = stack.pop()
+            stack += _parts_on_lines(inner)
             if isinstance(inner, Case | Stochastic):
-                heads = inner.conditions if isinstance(inner, Case) else inner.percentages
-                pairs = zip(heads, inner.branches, strict=True)
-                locations += [branch.location if head is None else head.location for head, branch in pairs]
+                locations += [self._branch_start(inner, index) for index in range(len(inner.branches))]
             elif isinstance(inner, Invoke | Block | Scoped | Scatter | Inline | Part):
-                locations.append(inner.location)
+                locations.append(self.brackets.start(inner))
             if isinstance(inner, Block | Scoped | Scatter | Inline):
                 locations += [self.brackets.end(opening) for opening in self.brackets.of_item(inner)]
         return locations
+
+    def _branch_start(self, choice: Case | Stochastic, index: int) -> Location:
+        """Place of a condition or percentage, or of what follows ``else :``."""
+        head = choice.conditions[index] if isinstance(choice, Case) else choice.percentages[index]
+        return self.brackets.start(choice.branches[index] if head is None else head)
 
     def _blank_before(self, location: Location) -> bool:
         return 1 < location.line <= len(self.source) and not self.source[location.line - 2].strip()
@@ -217,9 +222,7 @@ class _Formatter:
 
     def _branch(self, choice: Case | Stochastic, index: int, indent: str, rule: bool) -> None:
         branch = choice.branches[index]
-        heads = choice.conditions if isinstance(choice, Case) else choice.percentages
-        condition = heads[index]
-        self._inner(branch.location if condition is None else condition.location, indent)
+        self._inner(self._branch_start(choice, index), indent)
         head = indent + printing.branch_head(choice, index)
         follows = index + 1 < len(choice.branches)
         opening, closing = "", ""
@@ -243,25 +246,28 @@ class _Formatter:
     def _sequence(self, sequence: Sequence, indent: str) -> None:
         line = ""
         for item in sequence.items:
-            if line and self._has_comment(item.location):
+            start = self.brackets.start(item)
+            if line and self._has_comment(start):
                 self.lines.append(line)
                 line = ""
-            self._inner(item.location, indent)
+            self._inner(start, indent)
             flat = printing.item(item)
             broken = not isinstance(item, Invoke) and (self._commented(item) or len(indent) + len(flat) > WIDTH)
-            head = _head(item) if broken else flat
+            # Braces that one operation does not need keep the comments inside of them.
+            braced = _needs_braces(item) or self._has_comment_before_end(item)
+            head = _head(item, braced) if broken else flat
             if line and len(line) + 1 + len(head) > WIDTH:
                 self.lines.append(line)
                 line = ""
             line = f"{line} {head}" if line else indent + head
             if broken:
                 self.lines.append(line)
-                line = self._broken(item, indent)
+                line = self._broken(item, indent, braced)
         if line:
             self.lines.append(line)
 
-    def _broken(self, item: Item, indent: str) -> str:
-        """Write the content of an item on separate lines; returns its last line, which may continue."""
+    def _broken(self, item: Item, indent: str, braced: bool) -> str:
+        """Write the content of an item on separate lines; returns its last line, which may continue, or nothing."""
         openings = self.brackets.of_item(item)
         opening = openings[0] if openings else None
         match item:
@@ -279,15 +285,16 @@ class _Formatter:
                     self.lines.append(f"{indent}|")
                     self._choice(item.second, indent + _STEP, rule=True)
                 self._before_end(opening, indent + _STEP)
-                return indent + ("]" if isinstance(item, Scoped) else "}" if _braced(item) else "").rstrip()
+                if braced:
+                    return indent + ("]" if isinstance(item, Scoped) else "}")
         return ""
 
     def _group(self, group: Group, indent: str, opening: int | None) -> str:
         for index, member in enumerate(group.parts):
-            self._inner(member.location, indent + _STEP)
+            inner = self.brackets.of_member(opening, index) if isinstance(member, Group) else None
+            self._inner(member.location if inner is None else self.brackets.place(inner), indent + _STEP)
             lead = indent + ("  | " if index else _STEP)
             flat = lead + printing.member(member)
-            inner = self.brackets.of_member(opening, index) if isinstance(member, Group) else None
             ends = inner is not None and self._has_comment(self.brackets.end(inner))
             if not ends and not self._commented(member) and len(flat) <= WIDTH:
                 self.lines.append(flat)
@@ -299,6 +306,10 @@ class _Formatter:
                 self._choice(member.body, indent + _STEP + _STEP, rule=True)
         self._before_end(opening, indent + _STEP)
         return indent + ("}*" if group.repeated else "}")
+
+    def _has_comment_before_end(self, item: Item) -> bool:
+        """Whether a comment is before the closing bracket of an item."""
+        return any(self._has_comment(self.brackets.end(opening)) for opening in self.brackets.of_item(item)[:1])
 
     def _before_end(self, opening: int | None, indent: str) -> None:
         """Write the comments before a closing bracket."""
@@ -327,9 +338,21 @@ class _Brackets:
             elif token.type == "_BAR" and opened:
                 self._bars[opened[-1]].append(number)
 
+    def place(self, opening: int) -> Location:
+        """Place of the opening bracket."""
+        return self._tokens[opening].location
+
     def end(self, opening: int) -> Location:
         """Place of the closing bracket."""
         return self._tokens[self._closing[opening]].location
+
+    def start(self, node: Node) -> Location:
+        """Place of the first token of an operation, of operations, or of another node."""
+        if isinstance(node, Sequence) and node.items:
+            return self.start(node.items[0])
+        if isinstance(node, Scoped):
+            return next(map(self.place, self.of_item(node)), node.location)
+        return node.location
 
     def bars(self, opening: int | None) -> list[Location]:
         """Places of the bars that divide what a bracket contains."""
@@ -377,17 +400,35 @@ def _scopes_at_start(body: Choice) -> int:
     return count
 
 
-def _head(item: Item) -> str:
+def _parts_on_lines(node: Node) -> tuple[Node, ...]:
+    """Nodes directly below a node that can have lines of their own; none in an expression."""
+    match node:
+        case Case() | Stochastic():
+            return node.branches
+        case Sequence():
+            return node.items
+        case Group():
+            return node.parts
+        case Block():
+            return (node.group,) if node.remainder is None else (node.group, node.remainder)
+        case Inline():
+            return (node.body,) if node.second is None else (node.body, node.second)
+        case Scoped() | Scatter() | Part():
+            return (node.body,)
+    return ()
+
+
+def _head(item: Item, braced: bool) -> str:
     """First line of an item that spans several lines."""
     match item:
         case Scoped():
             return "["
         case Block() | Scatter() | Inline():
-            return f"{printing.item_head(item)} {{" if _braced(item) else printing.item_head(item)
+            return f"{printing.item_head(item)} {{" if braced else printing.item_head(item)
     return printing.item(item)
 
 
-def _braced(item: Item) -> bool:
+def _needs_braces(item: Item) -> bool:
     return not isinstance(item, Inline) or printing.needs_braces(item)
 
 

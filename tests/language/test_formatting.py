@@ -1,5 +1,6 @@
 """The formatter against the parser: what one writes, the other reads."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -70,6 +71,11 @@ Annexe -->
         // court
       }
     scatter(surface, 3, uniform) { A /* scattered */ }
+    union { A // alone
+    } inline { B } [ // nothing
+    ] [ ] [ case h > 3 : // in a scope
+            A
+            else : B ]
 // the end
 """
 
@@ -165,21 +171,72 @@ def test_comments_anywhere_are_kept_and_formatting_settles_at_once(insertions):
     text = COMMENTED
     for position, comment in insertions:
         text = _insert_between_tokens(text, position, comment)
-    grammar = Grammar.parse(text)
-    formatted = format_grammar(grammar)
+    _assert_settled(text, format_grammar(Grammar.parse(text)))
+    _assert_in_their_groups(text, format_grammar(Grammar.parse(text)))
+
+
+ONE_COMMENT = ["// c\n", "/* c */", "\n// c\n"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Lot --> union { A } B inline { [ A ] } inline(append) C union { comp(f) { all : A } }",
+        "Lot --> A [ ] [ [ ] B ] [ [ A ] [ ] ] scatter(surface, 3, uniform) { }",
+        "Lot --> [ case b : [ C ] else : [ D ] ] E [ 50% : [ case b : A ] else : [ [ ] ] ]",
+        "Lot --> split(x) { { 1 : [ A ] | { 2 : B }* }* | { 1 : }* }",
+    ],
+)
+@pytest.mark.parametrize("comment", ONE_COMMENT)
+def test_a_comment_at_any_place_stays_in_its_group(text, comment):
+    for position in range(len(tokenize(text).tokens)):
+        commented = _insert_between_tokens(text, position, comment)
+        formatted = format_grammar(Grammar.parse(commented))
+        _assert_settled(commented, formatted)
+        _assert_in_their_groups(commented, formatted)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "f(x) = case x > 1 : comp(f) { top : 1 | side : 2 } else : 3",
+        "Lot --> A extrude(case b : [1, 2][0] else : 2) t(0, comp(f) { all : 2 }, 0) B",
+        "Lot --> case (case a : b else : c) : A else : B",
+    ],
+)
+@pytest.mark.parametrize("comment", ONE_COMMENT)
+def test_a_comment_at_any_place_of_an_expression_is_kept(text, comment):
+    for position in range(len(tokenize(text).tokens)):
+        commented = _insert_between_tokens(text, position, comment)
+        _assert_settled(commented, format_grammar(Grammar.parse(commented)))
+
+
+def _assert_settled(text, formatted):
     again = Grammar.parse(formatted)
-    assert again.tree == grammar.tree
+    assert again.tree == Grammar.parse(text).tree
     assert _comments(formatted) == _comments(text)
-    assert _ended_groups(formatted) == _ended_groups(text)
     assert format_grammar(again) == formatted
 
 
-def _ended_groups(text):
-    """The number of groups and scopes that end before each comment."""
+def _assert_in_their_groups(text, formatted):
+    """Comments leave no group or scope, but a comment just before one may be moved into it."""
+    opened, ended = _groups_before_comments(_SINGLE.sub(r"\1 \2", text))
+    opened_again, ended_again = _groups_before_comments(formatted)
+    assert ended_again == ended
+    assert all(again >= once for once, again in zip(opened, opened_again, strict=True))
+
+
+_SINGLE = re.compile(r"\b((?:union|inline)\s+)\{\s+(\w+)\s+\}")
+"""One operation without a comment, in braces that formatting removes."""
+
+
+def _groups_before_comments(text):
+    """The number of groups and scopes that begin, and that end, before each comment."""
     words = tokenize(text)
+    starts = [(token.location.line, token.location.column) for token in words.tokens if token.value in ("{", "[")]
     ends = [(token.location.line, token.location.column) for token in words.tokens if token.value in ("}", "]")]
     places = [(comment.location.line, comment.location.column) for comment in words.comments]
-    return [sum(end < place for end in ends) for place in places]
+    return [[sum(bracket < place for bracket in each) for place in places] for each in (starts, ends)]
 
 
 def _insert_between_tokens(text, position, comment):
