@@ -46,15 +46,16 @@ def setback(meshes: Meshes, distances: Floats, groups: Indices | None = None) ->
     Args:
         meshes: M meshes.
         distances: [C] setback of the edge that leaves each corner, in metres; an edge does not move if it is not
-            above 0 (relative to the size of the face).
+            above 0 (relative to the size of the face). It may be infinite.
         groups: [C] strips of different groups are kept apart, `REMAINDER` leaves an edge where it is; every edge of a
             face is its own group when left out.
     """
     polygons = lay_flat(meshes)
     edge_number = np.arange(len(distances)) - np.repeat(polygons.offsets[:-1], polygons.counts)
     group = edge_number if groups is None else groups
-    least = (RELATIVE_TOLERANCE * polygons.extents())[polygons.face_of_corner()]
-    moved = np.where((group == REMAINDER) | ~(distances > least), 0.0, distances)
+    extents = polygons.extents()[polygons.face_of_corner()]
+    moves = (group != REMAINDER) & (distances > RELATIVE_TOLERANCE * extents)
+    moved = np.where(moves, np.minimum(distances, extents / RELATIVE_TOLERANCE), 0.0)
     rectangular, sizes = rectangle_sizes(polygons)
     fast = _fitting(polygons, np.flatnonzero(rectangular), sizes, moved)
     batches: list[Meshes] = []
@@ -299,29 +300,52 @@ def _with_passed(
 def _without_passed_edges(loops: Sequence[Sequence[int]], xy: Floats, steps: Sequence[float]) -> list[float]:
     """The setbacks, 0 for edges of steps that vanish: what moves past a step ends there, as in CityEngine.
 
-    A step is an edge between a reflex and a convex corner, with hardly turning edges before and behind it. It vanishes
-    where these edges pass one another.
+    A step is one edge, or several with blunt corners between them, between a reflex and a convex corner that are not
+    blunt, with hardly turning edges before and behind it. It vanishes where these edges pass one another.
     """
     result = list(steps)
     for ring in loops:
-        for i, corner in enumerate(ring):
-            corners = [ring[i - 1], corner, ring[(i + 1) % len(ring)], ring[(i + 2) % len(ring)]]
-            along = np.diff(xy[corners], axis=0)
-            lengths = np.hypot(*along.T)[:, None]
-            along = np.divide(along, lengths, out=np.zeros_like(along), where=lengths > 0.0)
-            first, second, total = (_turn(along[a], along[b]) for a, b in ((0, 1), (1, 2), (0, 2)))
-            is_step = first * second < 0.0 and -BLUNT_REFLEX <= total <= BLUNT_CONVEX and along[0] @ along[2] > 0.0
-            if steps[corner] > 0.0 and is_step:
-                inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
-                levels = (inward * xy[corners[:3]]).sum(axis=1) + [steps[k] for k in corners[:3]]
-                ends = [np.linalg.solve(inward[[k, k + 1]], levels[[k, k + 1]]) for k in (0, 1)]
-                if float((ends[1] - ends[0]) @ along[1]) <= 0.0:
-                    result[corner] = 0.0
+        size = float(np.ptp(xy[ring], axis=0).max())
+        edges = np.array(ring)[_lengths(xy[ring]) > RELATIVE_TOLERANCE * size]
+        for passed in _passed_edges(xy[edges], np.array(steps)[edges], RELATIVE_TOLERANCE * size):
+            for edge in edges[passed].tolist():
+                result[edge] = 0.0
     return result
 
 
-def _turn(before: Floats, after: Floats) -> float:
-    return float(before[0] * after[1] - before[1] * after[0])
+def _lengths(ring: Floats) -> Floats:
+    return np.hypot(*(np.roll(ring, -1, axis=0) - ring).T)
+
+
+def _passed_edges(ring: Floats, steps: Floats, slack: float) -> list[Indices]:
+    """The edges of each step of an outline [n, 2] that vanishes: where its ends come closer than `slack`, in metres."""
+    along = (np.roll(ring, -1, axis=0) - ring) / _lengths(ring)[:, None]
+    sine, cosine = _turn(np.roll(along, 1, axis=0), along)
+    is_sharp = (sine < -BLUNT_REFLEX) | (sine > BLUNT_CONVEX) | (cosine <= 0.0)
+    start = np.flatnonzero(is_sharp)
+    end = np.roll(start, -1)
+    turn, total = _turn(along[start - 1], along[end])
+    is_step = (sine[start] * sine[end] < 0.0) & (turn >= -BLUNT_REFLEX) & (turn <= BLUNT_CONVEX) & (total > 0.0)
+    start, end = start[is_step], end[is_step]
+    # Where the moved lines of the edges at both ends meet those of their neighbours.
+    first, last = _moved(along, steps, start), _moved(along, steps, end - 1)
+    first += ((steps[start - 1] - cosine[start] * steps[start]) / sine[start])[:, None] * along[start]
+    last += ((cosine[end] * steps[end - 1] - steps[end]) / sine[end])[:, None] * along[end - 1]
+    chord = ring[end] - ring[start]
+    length = np.hypot(*chord.T)
+    rest = length + ((last - first) * chord).sum(axis=1) / length
+    edges = [np.arange(a, b if a < b else b + len(ring)) % len(ring) for a, b in zip(start, end, strict=True)]
+    return [row for row, is_passed in zip(edges, (rest <= slack).tolist(), strict=True) if is_passed]
+
+
+def _moved(along: Floats, steps: Floats, edges: Indices) -> Floats:
+    """[K, 2] how far edges move inwards."""
+    return steps[edges, None] * np.stack([-along[edges, 1], along[edges, 0]], axis=1)
+
+
+def _turn(before: Floats, after: Floats) -> tuple[Floats, Floats]:
+    """Sines and cosines of the turns between directions [K, 2]."""
+    return before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1)
 
 
 def _half_moved(loops: Sequence[Sequence[int]], xy: Floats, steps: Sequence[float]) -> list[int]:

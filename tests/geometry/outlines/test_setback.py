@@ -39,10 +39,8 @@ def test_only_moved_edges_have_strips_and_they_begin_with_them(ring, data):
     strips = result.group != REMAINDER
     leads = set(result.group[strips].tolist())
     # An edge of a step in the outline that its neighbours pass has no strip.
-    turns = _turns(ring)
-    is_step = (turns * np.roll(turns, -1) < 0.0).tolist()
     moved = set(np.flatnonzero(steps > 0.0).tolist())
-    assert {edge for edge in moved if not is_step[edge]} <= leads <= moved
+    assert moved - _edges_of_steps(ring) <= leads <= moved
     steps[[edge for edge in moved if edge not in leads]] = 0.0
     corners = result.meshes.points[result.meshes.corner_points()]
     # A strip that passes an edge that stays may be in several parts: one of them begins with the edge.
@@ -51,11 +49,15 @@ def test_only_moved_edges_have_strips_and_they_begin_with_them(ring, data):
     assert {tuple(edge) for edge in edges.tolist()} <= begins
 
 
-def _turns(ring):
-    """Cross products of the edges before and after each corner."""
+def _edges_of_steps(ring):
+    """Edges whose nearest sharp corners before and behind them turn to different sides."""
     after = np.roll(ring, -1, axis=0) - ring
-    before = np.roll(after, 1, axis=0)
-    return before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    direction = np.arctan2(after[:, 1], after[:, 0])
+    turns = np.degrees(np.angle(np.exp(1j * (direction - np.roll(direction, 1)))))
+    sharp = np.flatnonzero((turns > 15.0) | (turns < -45.0))
+    ends = zip(sharp.tolist(), np.append(sharp[1:], sharp[:1] + len(ring)).tolist(), strict=True)
+    runs = [(a, b) for a, b in ends if turns[a] * turns[b % len(ring)] < 0.0]
+    return {edge % len(ring) for a, b in runs for edge in range(a, b)}
 
 
 # A low step between two fronts, upright or leaning by half a metre: (x of its upper corner, distances, remainder).
@@ -85,6 +87,72 @@ def test_what_moves_past_a_step_of_the_outline_ends_at_the_step_as_in_the_runtim
     if steps[1] == 0.0:
         first, second = rest.points[rest.corner_points()[:2]]
         assert np.allclose([-first[2], first[0], -second[2], second[0]], [10, 10, x, 11])
+
+
+STEP = np.array([(2, 2), (10, 2), (10, 10), (11, 10), (11, 24), (2, 24)], float)
+
+
+def _front(*turns):
+    """A lot with a front of edges of 10 m that turn by angles in degrees."""
+    angles = np.radians(np.cumsum([0, *turns]))
+    front = np.cumsum(10.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1), axis=0)
+    return np.array([(0, 0), *front, (front[-1, 0], 30), (0, 30)])
+
+
+def _pieces(ring, steps, groups=None):
+    """Group, area and number of corners of each piece."""
+    result = setback(lots([ring]), np.array(steps, float), groups if groups is None else np.array(groups))
+    corners = np.diff(result.meshes.face_offsets)
+    return list(zip(result.group, signed(result.meshes).round(3), corners, strict=True))
+
+
+TURNED = [
+    # Both sides of the step are on one line in the end.
+    (STEP, [0, 0.5, 4, 1.5, 0, 0]),
+    (STEP, [0, 0.3, 4, 1.3, 0, 0]),
+    (_front(0, 10), [1, 2, 2, 0, 0, 0]),
+    (_front(0, -40), [1, 2, 2, 0, 0, 0]),
+]
+
+
+@pytest.mark.parametrize(("ring", "steps"), TURNED)
+def test_which_edges_have_strips_is_the_same_in_every_direction(ring, steps):
+    for angle in range(1, 13):
+        cos, sin = math.cos(angle), math.sin(angle)
+        turned = ring @ np.array([(cos, sin), (-sin, cos)]) + (211.0 * cos, 97.0 * sin)
+        assert _pieces(turned, steps) == [
+            (group, pytest.approx(size, abs=2e-3), count) for group, size, count in _pieces(ring, steps)
+        ]
+
+
+# Areas of the remainder in CityEngine's runtime.
+GENTLE = [
+    ((-3, 3), [1, 2, 2, 0, 0, 0], 857.476),
+    ((3, -3), [2, 1, 1, 0, 0, 0], 851.78),
+    ((-20, 5), [0, 1, 3, 0, 0, 0], 894.63),
+    ((5, -20), [3, 1, 0, 0, 0, 0], 848.51),
+]
+
+
+@pytest.mark.parametrize(("turns", "steps", "remainder"), GENTLE)
+def test_edges_of_a_gentle_s_have_strips_as_in_the_runtime(turns, steps, remainder):
+    *strips, rest = _pieces(_front(*turns), steps)
+    assert [group for group, _, _ in strips] == np.flatnonzero(steps).tolist()
+    assert rest[1] == pytest.approx(remainder, abs=0.01)
+
+
+@pytest.mark.parametrize("edge", range(6))
+@pytest.mark.parametrize("steps", [[0, 0, 4, 4, 0, 0], [0, 0.5, 4, 1.5, 0, 0], [0, 0.5, 4, 1.6, 0, 0], [4.0] * 6])
+def test_a_corner_in_a_straight_edge_changes_no_areas(steps, edge):
+    ring, groups = STEP, np.arange(6)
+    parted = np.insert(ring, edge + 1, ring[[edge, (edge + 1) % 6]].mean(axis=0), axis=0)
+    result = _pieces(parted, np.insert(steps, edge, steps[edge]), np.insert(groups, edge, edge))
+    assert [piece[:2] for piece in result] == [piece[:2] for piece in _pieces(ring, steps, groups)]
+
+
+@pytest.mark.parametrize("steps", [[math.inf] * 6, [0, 0, math.inf, math.inf, 0, 0], [1, math.inf, 1, 1, 0.5, 1]])
+def test_infinite_distances_are_as_very_large_ones(steps):
+    assert _pieces(STEP, steps) == _pieces(STEP, np.minimum(steps, 1e9)) == _pieces(STEP, np.minimum(steps, 1e17))
 
 
 @QUICK
