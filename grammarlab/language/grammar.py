@@ -28,6 +28,8 @@ from grammarlab.language.syntax.syntax_tree import (
 )
 
 _UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
+_NO_TEXT = re.compile(r"[\x00-\x06\x0e-\x1a\x1c-\x1f\x7f]")
+"""Control characters that no text has: all but bell, backspace, white space and escape."""
 _K = TypeVar("_K")
 _T = TypeVar("_T")
 
@@ -164,11 +166,12 @@ def read_text(path: Path) -> str:
         raise _unreadable(path, "missing-file", f"cannot read the rule file {path}: {reason}") from error
     except AssetError as error:
         raise _unreadable(path, "unreadable-file", f"cannot read the rule file {error}") from error
+    text = _decoded(content)
     # A single one in a text has a place, which is reported.
-    if content.count(0) > 1 and not content.startswith(_UTF_16):
-        reason = "it has bytes of value 0, as binary files have, and UTF-16 without a byte order mark; rules are text"
+    if len(_NO_TEXT.findall(text)) > 1:
+        reason = "it has control characters, as binary files have, and UTF-16 without a byte order mark; rules are text"
         raise _unreadable(path, "unreadable-file", f"cannot read the rule file {path}: {reason}")
-    return normal(_decoded(content))
+    return normal(text)
 
 
 def _decoded(content: bytes) -> str:

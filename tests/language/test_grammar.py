@@ -1,6 +1,7 @@
 """Grammars as values, and as files."""
 
 import hashlib
+from random import Random
 
 import pytest
 from hypothesis import given
@@ -137,12 +138,35 @@ def test_half_a_character_of_two_bytes_is_no_crash(tmp_path):
         load(file)
 
 
-def test_a_binary_file_is_one_finding(tmp_path):
+NOISE = Random(1).randbytes(3000)
+BINARY = {
+    "zeros": b"\0\x10" * 500,
+    "utf-16 without a byte order mark": "Lot --> A".encode("utf-16-le"),
+    "utf-32": "Lot --> A".encode("utf-32"),
+    "begins as utf-16": b"\xff\xfe" + NOISE,
+    "begins as utf-16, other byte order": b"\xfe\xff" + NOISE,
+    "utf-16 with zeros": "Lot --> A\0\0".encode("utf-16"),
+    "without zeros": NOISE.replace(b"\0", b""),
+}
+
+
+@pytest.mark.parametrize("form", BINARY)
+def test_a_binary_file_is_one_finding(tmp_path, form):
     file = tmp_path / "picture.cga"
-    file.write_bytes(b"\0\x10" * 500)
+    file.write_bytes(BINARY[form])
     with pytest.raises(LanguageError, match="rules are text") as error:
         load(file)
     assert len(error.value.findings) == 1
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "mac_roman"])
+def test_control_characters_that_programs_write_into_texts_are_no_sign_of_a_binary_file(tmp_path, encoding):
+    file = tmp_path / "rules.cga"
+    comment = "// \x1b[1mÅngström\x1b[0m \a\b\f\v Äpfel\n"
+    file.write_bytes(f"{comment}Lot --> A\n\x1a".encode(encoding))
+    with pytest.raises(LanguageError, match="U\\+001A") as error:
+        load(file)
+    assert error.value.findings[0].location.line == 3
 
 
 def test_a_path_from_the_top_of_a_workspace_is_found_below_the_rule_file(tmp_path):
