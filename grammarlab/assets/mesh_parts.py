@@ -9,13 +9,14 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, offsets_from_counts
+from grammarlab.arrays import Floats, offsets_from_counts, row_lengths, row_of_value
 from grammarlab.errors import AssetError
 from grammarlab.geometry.meshes.corner_data import CornerData, join_data
-from grammarlab.geometry.meshes.measure import face_normals, is_convex
+from grammarlab.geometry.meshes.measure import DEGENERATE, face_normals, is_convex
 from grammarlab.geometry.meshes.mesh import Meshes, Soup
-from grammarlab.geometry.meshes.ragged import next_in_row, sum_rows
+from grammarlab.geometry.meshes.ragged import all_rows, next_in_row, sum_rows
 from grammarlab.geometry.meshes.triangulate import triangulate
+from grammarlab.geometry.meshes.vectors import cross, dot, norm
 
 Indices: TypeAlias = NDArray[np.int64]
 Color: TypeAlias = tuple[float, float, float, float]
@@ -259,8 +260,20 @@ def welded(mesh: Meshes) -> Meshes:
 
 def without_flat_faces(mesh: Meshes) -> Meshes:
     """One mesh without the faces whose corners lie on a line, as CityEngine reads it; the same if no others exist."""
-    has_area = face_normals(mesh).any(axis=1)
-    if has_area.all() or not has_area.any():
+    # A bow tie has no normal either, since its halves cancel.
+    flat = np.flatnonzero(~face_normals(mesh).any(axis=1))
+    flat = flat[_lie_on_lines(mesh.points, Soup.of_faces(mesh, flat))]
+    if len(flat) in {0, mesh.num_faces}:
         return mesh
-    faces = Soup.of_faces(mesh, np.flatnonzero(has_area))
+    faces = Soup.of_faces(mesh, np.delete(np.arange(mesh.num_faces), flat))
     return faces.meshes(mesh.points, np.zeros(len(mesh.points), np.int64), 1)
+
+
+def _lie_on_lines(points: Floats, faces: Soup) -> NDArray[np.bool_]:
+    """[F] whether all corners of a face lie on a line, up to `DEGENERATE` of their distance from the first one."""
+    face = row_of_value(row_lengths(faces.offsets))
+    offset = points[faces.rows] - points[faces.rows[faces.offsets[:-1]]][face]
+    reach = dot(offset, offset)
+    farthest = offset[np.lexsort((reach, face))[faces.offsets[1:] - 1]]
+    aside = norm(cross(offset, farthest[face]))
+    return all_rows(aside <= DEGENERATE * dot(farthest, farthest)[face], faces.offsets)

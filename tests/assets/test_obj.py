@@ -185,6 +185,17 @@ def test_an_asset_has_no_faces_whose_corners_lie_on_a_line(tmp_path):
     assert alone.meshes.num_faces == 2
 
 
+@pytest.mark.parametrize("first", range(4))
+def test_a_face_that_crosses_itself_is_no_line(tmp_path, first):
+    """Its halves may have the same area, so that it has no normal."""
+    corners = b"f " + b" ".join(b"%d" % (1 + (first + i) % 4) for i in range(4))
+    bow_tie = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\n" + corners
+    (tmp_path / "tie.obj").write_bytes(bow_tie + b"\nv 0 0 9\nv 0 1 9\nv 0 0 5\nf 5 6 7\n")
+    asset = load_asset("tie.obj", tmp_path)
+    assert asset.meshes.num_faces == 2
+    assert asset.size.tolist() == [1.0, 1.0, 9.0]
+
+
 def test_the_second_half_of_a_quadrilateral_begins_with_its_third_corner():
     (part,) = read_obj(b"v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 1 2 0\nf 1 2 3 4\nf 4 3 5\n", lambda name: b"")
     assert part.triangles.tolist() == [[0, 1, 2], [2, 3, 0], [3, 2, 4]]
