@@ -18,6 +18,7 @@ from grammarlab.facade.editing.retarget import MOST_STEPS, Retargeted, affordabl
 from grammarlab.facade.editing.slab_counts import best_slabs, changed_slabs
 from grammarlab.facade.editing.springs import origin_of
 from grammarlab.facade.editing.variations import Variation, inherited, lost, unedited, vary
+from grammarlab.facade.editing.wall_slabs import find_elements
 from grammarlab.facade.sizes.constraints import LineOrigin
 from grammarlab.facade.sizes.size_wishes import Size, Wish, checked, in_words
 from grammarlab.facade.sizes.solve import Residuals, Resized, resize
@@ -198,18 +199,22 @@ def _is_good(candidates: Sequence[_Candidate]) -> bool:
 def _with_whole_columns(facade: Facade, wishes: Sequence[Size], locks: tuple[Wish, ...]) -> list[_Candidate]:
     """The facade with columns and rows of the whole facade repeated, if any can be.
 
-    If that has a fault, also with shop windows that are never cut, and without those columns that cause a fault.
+    If that has a fault, also with shop windows that are never cut, and without those columns that cause a fault; and
+    then with elements repeated that occur once.
     """
     candidates: list[_Candidate] = []
-    has_shops = bool(single_shops(facade).any())
-    for careful, shops in product((False, True), (False, True) if has_shops else (False,)):
+    shop_ways = (False, True) if single_shops(facade).any() else (False,)
+    has_singles = any(find_elements(facade, wish.axis).is_alone.any() for wish in wishes)
+    for singles, careful, shops in product((True, False) if has_singles else (True,), (False, True), shop_ways):
         start = time.perf_counter()
         variation, choices = unedited(facade), []
         try:
             _check_leaves(facade, wishes)
             for wish in wishes:
                 locked = [lock.node for lock in inherited(locks, variation)]
-                choice = best_slabs(variation, facade, wish.axis, wish.metres, locked, careful=careful, shops=shops)
+                choice = best_slabs(
+                    variation, facade, wish.axis, wish.metres, locked, careful=careful, shops=shops, singles=singles
+                )
                 if choice is not None:
                     choices.append(choice)
                     variation = choice.variation

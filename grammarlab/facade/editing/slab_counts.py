@@ -90,6 +90,7 @@ def best_slabs(
     *,
     careful: bool = False,
     shops: bool = False,
+    singles: bool = True,
 ) -> SlabChoice | None:
     """The columns for a size (rows for `along` = Y); None if no column of the facade can be repeated.
 
@@ -102,8 +103,9 @@ def best_slabs(
         careful: whether to leave columns as they are that show a fault if they alone occur twice, or not at all for a
             smaller size.
         shops: whether shop windows are openings that are never cut.
+        singles: whether elements that are alone in their storey occur once, as long as enough columns are left.
     """
-    elements = find_elements(before.facade, along, shops=shops)
+    elements = find_elements(before.facade, along, shops=shops, singles=singles)
     slabs, solid = find_slabs(before.facade, along, elements, locked), elements.uncut
     if careful:
         slabs = _faultless(

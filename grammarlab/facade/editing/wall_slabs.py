@@ -20,7 +20,7 @@ import numpy as np
 from grammarlab.arrays import Flags, Floats, Ints
 from grammarlab.facade.editing.grids import is_background, single_shops, topmost
 from grammarlab.facade.looks import covers_opening, is_door, is_opening, is_sign
-from grammarlab.facade.tree import TOLERANCE, Facade, Y
+from grammarlab.facade.tree import TOLERANCE, Facade, X, Y
 
 _WHOLE_SHARE = 0.9
 """Least share of the facade's length that makes an element a band: it has no place in a column."""
@@ -69,6 +69,8 @@ class Elements:
     """[E] whether it is about as long as the facade, and belongs to no column."""
     is_sign: Flags
     """[E] whether it bears letters."""
+    is_alone: Flags
+    """[E] whether it is neither an opening nor a sign, and none of its label is beside it; of none along Y."""
 
     @property
     def uncut(self) -> Ints:
@@ -93,12 +95,11 @@ def find_slabs(facade: Facade, along: int, elements: Elements, locked: Collectio
     without_signs = _with_borders(slabs, elements, along)
     chosen = _with_borders(_with_signs(slabs, elements), elements, along)
     # Slivers repeated often are stranger than signs: one usual column has to be left.
-    num_free = sum(not slab.is_fixed for slab in without_signs)
-    is_enough = num_free * _free_openings(chosen, elements) >= max(_free_openings(without_signs, elements), 1)
-    return chosen if is_enough else without_signs
+    chosen = chosen if _is_enough(chosen, without_signs, elements) else without_signs
+    return _with_singles(chosen, elements)
 
 
-def find_elements(facade: Facade, along: int, *, shops: bool = False) -> Elements:
+def find_elements(facade: Facade, along: int, *, shops: bool = False, singles: bool = True) -> Elements:
     """The topmost nodes with a label; if none is an opening, also elements of grids shorter than half the facade.
 
     Blinds and shutters belong to openings: of a window behind a closed blind, only slivers are left.
@@ -107,6 +108,7 @@ def find_elements(facade: Facade, along: int, *, shops: bool = False) -> Element
         facade: the facade.
         along: X for columns, Y for rows.
         shops: whether shop windows count as openings; else they may be cut, as bands are.
+        singles: whether elements that are alone in their storey are told from others.
     """
     whole = float(facade.size[0, along])
     opens = np.array([*(is_opening(name) for name in facade.labels), False])
@@ -134,7 +136,18 @@ def find_elements(facade: Facade, along: int, *, shops: bool = False) -> Element
         is_solid=solid & ~is_whole,
         is_whole=is_whole,
         is_sign=signs,
+        is_alone=_is_alone(facade, node) & ~solid & ~is_whole & ~signs & (singles and along == X),
     )
+
+
+def _is_alone(facade: Facade, node: Ints) -> Flags:
+    """[E] whether no other one of some nodes has the same label and overlaps with its storey."""
+    label = facade.label[node]
+    bottom = facade.position[node, Y]
+    top = bottom + facade.size[node, Y]
+    overlap = np.minimum(top, top[:, None]) - np.maximum(bottom, bottom[:, None])
+    beside = (overlap > TOLERANCE * facade.size[0, Y]) & (label == label[:, None])
+    return beside.sum(axis=1) == 1
 
 
 def _runs(elements: Elements, tolerance: float) -> list[tuple[float, float]]:
@@ -234,6 +247,34 @@ def _free_openings(slabs: Sequence[Slab], elements: Elements) -> int:
     """Number of openings in columns that can be repeated."""
     middle = 0.5 * (elements.low + elements.high)[elements.is_solid]
     return sum(int(((middle >= slab.begin) & (middle < slab.end)).sum()) for slab in slabs if not slab.is_fixed)
+
+
+def _is_enough(chosen: Sequence[Slab], usual: Sequence[Slab], elements: Elements) -> bool:
+    """Whether at least one usual column can be repeated."""
+    num_free = sum(not slab.is_fixed for slab in usual)
+    return num_free * _free_openings(chosen, elements) >= max(_free_openings(usual, elements), 1)
+
+
+def _with_singles(slabs: tuple[Slab, ...], elements: Elements) -> tuple[Slab, ...]:
+    """The columns, fixed where an element that is alone begins or ends: a balcony may go on through a column.
+
+    The shorter an element, the stranger are copies of it: short ones are first, as long as enough columns remain.
+    """
+    slack = TOLERANCE * float(elements.high.max())
+    low, high = elements.low[elements.is_alone], elements.high[elements.is_alone]
+    chosen = slabs
+    for index in np.argsort(high - low, kind="stable").tolist():
+        ends = low[index], high[index]
+        fixed = tuple(
+            replace(slab, is_fixed=slab.is_fixed or any(slab.begin + slack < end < slab.end - slack for end in ends))
+            for slab in chosen
+        )
+        if not _is_enough(fixed, slabs, elements):
+            continue
+        # A house keeps both corners or neither.
+        if fixed[0].is_fixed == fixed[-1].is_fixed or slabs[0].is_fixed != slabs[-1].is_fixed:
+            chosen = fixed
+    return chosen
 
 
 def _with_signs(slabs: Sequence[Slab], elements: Elements) -> list[Slab]:

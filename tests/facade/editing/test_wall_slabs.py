@@ -196,6 +196,29 @@ def test_signs_are_neither_cut_nor_repeated_where_other_columns_are(
     assert counts(changed)["window"] != 16
 
 
+@given(st.data())
+@settings(max_examples=20, deadline=None)
+def test_what_is_alone_in_its_storey_stays_alone_and_whole(data: st.DataObject) -> None:
+    """Windows of unequal bays, and above them an element anywhere: one bay inside without an end of it is enough."""
+    gaps = data.draw(st.lists(st.sampled_from([0.8, 1.0, 1.2]), min_size=7, max_size=9))
+    parts = [part for gap in gaps for part in (leaf("wall", gap, 2.0), leaf("window", 1.0, 2.0))]
+    row = across(*parts, leaf("wall", 1.0, 2.0))
+    width = sum(gaps) + len(gaps) + 1.0
+    length = data.draw(st.floats(0.2, 4.0))
+    low = data.draw(st.floats(0.1, width - length - 0.1))
+    name = data.draw(st.sampled_from(["deco", "balcony", "cornice"]))
+    above = across(leaf("wall", low, 1.0), leaf(name, length, 1.0), leaf("wall", width - low - length, 1.0))
+    house = built(stacked(row, above, row))
+    slabs = find_slabs(house, X, find_elements(house, X))
+    assert any(not slab.is_fixed for slab in slabs)
+    for slab in slabs:
+        has_end = any(slab.begin + 1e-6 < end < slab.end - 1e-6 for end in (low, low + length))
+        assert slab.is_fixed or not has_end
+    changed = edit(house, width=data.draw(st.sampled_from([1.3, 2.0])) * house.width, most=1)[0].facade
+    assert counts(changed)[name] == 1
+    assert counts(changed)["window"] > counts(house)["window"]
+
+
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=60)
 def test_a_cut_crosses_as_little_of_openings_and_then_of_elements_as_any_other_position(seed: int) -> None:
@@ -213,6 +236,7 @@ def test_a_cut_crosses_as_little_of_openings_and_then_of_elements_as_any_other_p
         is_solid=is_solid,
         is_whole=np.zeros(num, dtype=bool),
         is_sign=np.zeros(num, dtype=bool),
+        is_alone=np.zeros(num, dtype=bool),
     )
 
     def crossed(position: float) -> tuple[float, float]:
