@@ -219,6 +219,17 @@ def test_what_is_alone_in_its_storey_stays_alone_and_whole(data: st.DataObject) 
     assert counts(changed)["window"] > counts(house)["window"]
 
 
+def test_what_is_alone_is_repeated_where_all_other_columns_have_a_fault() -> None:
+    window = across(leaf("wall", 1.0, 1.5), leaf("window", 1.0, 1.5), leaf("wall", 1.0, 1.5))
+    ground = across(leaf("wall", 7.0, 3.0), leaf("shop", 5.0, 3.0))
+    house = built(stacked(ground, across(*[window] * 4), across(leaf("wall", 4.0), leaf("deco"), leaf("wall", 7.0))))
+    # The third column has the end of the shop window, the second one the ornament.
+    assert [slab.is_fixed for slab in find_slabs(house, X, find_elements(house, X))] == [True, True, False, True]
+    best = edit(house, width=1.25 * house.width, most=1)[0]
+    assert best.steps == ("facade: column 2 from the left 2 times",)
+    assert not best.faults
+
+
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=60)
 def test_a_cut_crosses_as_little_of_openings_and_then_of_elements_as_any_other_position(seed: int) -> None:
