@@ -262,13 +262,16 @@ def _widths(texts: Mapping[str, Sequence[str]], numeric: Sequence[bool], room: i
     words = [max((cell_len(word) for cell in cells for word in cell.split()), default=0) for cells in texts.values()]
     least = [most if number else cell_len(heading) for heading, number, most in zip(texts, numeric, whole, strict=True)]
     words = [max(low, min(word, _WIDEST)) for low, word in zip(least, words, strict=True)]
-    return _levelled(words, whole, room) or _levelled(least, words, room) or least
+    # Long cells take the room that words leave; where there is too little for words, shorter ones stay whole.
+    return _levelled(words, whole, room, whole) or _levelled(least, words, room, [1] * len(words)) or least
 
 
-def _levelled(least: Sequence[int], most: Sequence[int], room: int) -> list[int]:
-    """The widest columns with one width, or the nearest between their limits; none if there is not enough room."""
+def _levelled(least: Sequence[int], most: Sequence[int], room: int, weights: Sequence[int]) -> list[int]:
+    """The widest columns that are as their weights, or the nearest between their limits; none in too little room."""
+    largest = max(weights)
     for level in range(room, -1, -1):
-        widths = [min(max(level, low), high) for low, high in zip(least, most, strict=True)]
+        shares = (level * weight // largest for weight in weights)
+        widths = [min(max(share, low), high) for share, low, high in zip(shares, least, most, strict=True)]
         if sum(widths) <= room:
             return widths
     return []
