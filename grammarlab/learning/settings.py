@@ -47,4 +47,4 @@ class Settings:
     """Whether a fit starts from that of the previous round: the result then depends on the rounds and the scores, as
     for the paper's process."""
     seed: int = 0
-    """Seed of the draws of fits."""
+    """Seed of the random starts of fits."""

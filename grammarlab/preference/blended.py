@@ -19,6 +19,8 @@ from scipy.special import ndtri
 
 from grammarlab.arrays import Floats
 from grammarlab.preference.base import (
+    FEW,
+    MANY_LABELS,
     MAX_SCORE,
     AbstractPreference,
     Prediction,
@@ -254,7 +256,7 @@ def fit(
         groups: [F] group numbers; by default every column is its own group.
         continuous: [F] whether columns are continuous instead of counts; by default none is.
         priors: [F] how likely columns are to matter, relative to each other, to cells.
-        seed: seed of draws, and of the held-out labels.
+        seed: seed of random starts and draws, and of the held-out labels.
         warm: not used.
 
     Raises:
@@ -264,7 +266,8 @@ def fit(
     numbers = checked_groups(groups, table.shape[1])
     drawn = checked_kinds(continuous, len(numbers))
     cells = partition.fit(table, values, groups=numbers, continuous=drawn, priors=priors, seed=seed)
-    process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed)
+    starts = FEW if len(values) > MANY_LABELS else None
+    process = grouped.fit(table, values, groups=numbers, continuous=drawn, seed=seed, starts=starts)
     chosen, likely = selected(values), np.ones(len(numbers)) if priors is None else np.asarray(priors, np.float64)
     # Cells are fitted to the same labels.
     flat = unexplained(values[chosen], folds_of(table[chosen], seed), cells.cells.grid)

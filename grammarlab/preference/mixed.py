@@ -59,7 +59,7 @@ def fit(
         others: [n, F] rows of the other models of comparisons; arbitrary for other kinds.
         groups: [F] group numbers; by default every column is its own group.
         continuous: [F] whether columns are continuous instead of counts; by default none is.
-        seed: seed of draws, and of the held-out labels.
+        seed: seed of random starts and draws, and of the held-out labels.
 
     Raises:
         UsageError: If labels or groups are out of range.

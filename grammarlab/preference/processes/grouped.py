@@ -45,6 +45,9 @@ from grammarlab.preference.processes.grouped_search import (
 )
 from grammarlab.preference.processes.posterior import MAX_ROWS, Posterior, condition
 
+NUM_RANDOM_STARTS = 2
+"""Number of random starts of the search for kernels."""
+
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
@@ -129,7 +132,7 @@ def fit(
         scores: [n] 0-100.
         groups: [F] group numbers; by default every column is its own group.
         continuous: [F] whether columns are continuous instead of counts; by default none is.
-        seed: seed of the selection of rows if there are more than `MANY_LABELS`.
+        seed: seed of the random starts, and of the selection of rows if there are more than `MANY_LABELS`.
         warm: a preference found by this method on the same columns; its explanations are further starts.
         starts: largest number of starts, for a fast approximation.
 
@@ -162,7 +165,7 @@ def fit_observed(
     problem = problem_of(thinned(observations, MANY_LABELS, seed), numbers, scales, highest)
     drawn = np.zeros(problem.num_groups)
     drawn[numbers[checked_kinds(continuous, num_columns)]] = 1.0
-    kernels = _warm_starts(warm, num_columns, numbers) + starting_kernels(problem, drawn)
+    kernels = _warm_starts(warm, num_columns, numbers) + starting_kernels(problem, seed, NUM_RANDOM_STARTS, drawn)
     with jax.enable_x64(True), threadpool_limits(1, "blas"):
         kernels = _best(problem, kernels[:starts]) if np.any(observations.means != 0.0) else [_indifferent(problem)]
     shares = np.exp(kernels[0].energy - np.array([kernel.energy for kernel in kernels]))

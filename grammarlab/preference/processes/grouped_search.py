@@ -10,7 +10,7 @@ Lasso (Equation 4.8): a relevant group has a price of 5 nats or more, almost ind
 A theta_g, the size of the group's effect on scores, and with the number of groups (`KernelProblem.epsilon`): otherwise
 dozens of groups of small weight explain a person's errors.
 Two thirds of the groups are usually irrelevant after a few iterations; they are then left out.
-Searches start from equal weights of all groups, and of groups of counts.
+Searches start from equal weights of all groups, of groups of counts, and of random halves of the groups.
 """
 
 from __future__ import annotations
@@ -103,18 +103,22 @@ def problem_of(observations: Observations, groups: Ints, scales: Floats, highest
     return KernelProblem(scaled, groups, num_groups, varying.astype(np.float64))
 
 
-def starting_kernels(problem: KernelProblem, continuous: Floats) -> list[Kernel]:
-    """Starts of searches: all groups with small weights, with larger weights, and counts only.
+def starting_kernels(problem: KernelProblem, seed: int, num_random: int, continuous: Floats) -> list[Kernel]:
+    """Starts of searches: all groups with small weights, with larger weights, counts only, and random halves of groups.
 
     Args:
         problem: the labels.
+        seed: seed of the halves.
+        num_random: number of halves.
         continuous: [G] 1 for continuous groups, which overfit more easily than counts; otherwise 0.
     """
+    randomness = np.random.default_rng(seed)
     middle = (AMPLITUDE[0], NOISE[0])
-    weights = [0.05 * problem.varying, 0.5 * problem.varying]
+    chosen = [randomness.random(problem.num_groups) < 0.5 for _ in range(num_random)]
+    weights = [0.05 * problem.varying, 0.5 * problem.varying, *(0.05 * problem.varying * half for half in chosen)]
     counts = problem.varying * (1.0 - continuous)
     if (counts < problem.varying).any() and counts.any():
-        weights.append(0.05 * counts)
+        weights.insert(2, 0.05 * counts)
     return [Kernel(weight, *middle) for weight in weights]
 
 

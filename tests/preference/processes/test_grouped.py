@@ -43,7 +43,7 @@ def energy(rows, scores, kernel, highest):
 def searched(rows, scores, start=0):
     problem = problem_of(observe(rows, scores), GROUPS, scales_of(rows), scores.max())
     with jax.enable_x64(True):
-        return problem, search(problem, starting_kernels(problem, np.zeros(problem.num_groups))[start])
+        return problem, search(problem, starting_kernels(problem, 0, 2, np.zeros(problem.num_groups))[start])
 
 
 @pytest.mark.parametrize("num_rows", [12, 40, 90])
