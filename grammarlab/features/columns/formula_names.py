@@ -51,9 +51,7 @@ COMBINATION = "a combination of "
 MAX_LENGTH = 160
 """Largest number of characters of words: two lines of a page."""
 _MAX_LISTED = 4
-"""Largest number of elements of a sequence that are all named."""
-_MAX_SUBJECTS = 3
-"""Largest number of things that a formula is said to be about."""
+"""Largest number of elements of a sequence that are all named, and of things that a formula is said to be about."""
 _ADJACENT = "adjacent"
 _SIGNS: Mapping[str, str] = {
     "+": " + ",
@@ -180,7 +178,7 @@ class _Writer:
         last = self.steps[-1]
         is_number = isinstance(last, Apply) and last.operation in _NUMBERS
         things, kind = list(dict.fromkeys(self._subjects(last))), COMBINATION if is_number else RELATION
-        texts = (kind + _first_of(things, most) for most in range(_MAX_SUBJECTS, 1, -1))
+        texts = (kind + _first_of(things, most) for most in range(_MAX_LISTED, 1, -1))
         return next((text for text in texts if len(text) <= MAX_LENGTH), kind + _first_of(things, 1))
 
     def _subjects(self, step: Step) -> Iterator[str]:
