@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Floats, take_rows
 from grammarlab.geometry.meshes.cleanup import merged_points
+from grammarlab.geometry.meshes.measure import STRAIGHT
 from grammarlab.geometry.meshes.mesh import Indices, Meshes
 from grammarlab.geometry.meshes.planar import RELATIVE_TOLERANCE, Polygons, lay_flat, rectangle_sizes, regroup
 from grammarlab.geometry.meshes.vectors import cross, unit
@@ -300,8 +301,9 @@ def _with_passed(
 def _without_passed_edges(loops: Sequence[Sequence[int]], xy: Floats, steps: Sequence[float]) -> list[float]:
     """The setbacks, 0 for edges of steps that vanish: what moves past a step ends there, as in CityEngine.
 
-    A step is one edge, or several with blunt corners between them, between a reflex and a convex corner that are not
-    blunt, with hardly turning edges before and behind it. It vanishes where these edges pass one another.
+    A step is a straight edge between a reflex and a convex corner, one of them not blunt, or several edges with blunt
+    corners between them, with hardly turning edges before and behind it. It vanishes where these edges pass one
+    another.
     """
     result = list(steps)
     for ring in loops:
@@ -322,15 +324,18 @@ def _passed_edges(ring: Floats, steps: Floats, slack: float) -> list[Indices]:
     along = (np.roll(ring, -1, axis=0) - ring) / _lengths(ring)[:, None]
     sine, cosine = _turn(np.roll(along, 1, axis=0), along)
     is_sharp = (sine < -BLUNT_REFLEX) | (sine > BLUNT_CONVEX) | (cosine <= 0.0)
-    start = np.flatnonzero(is_sharp)
-    end = np.roll(start, -1)
+    ends = [np.flatnonzero(is_sharp), np.flatnonzero(is_sharp | (np.abs(sine) > STRAIGHT))]
+    start, end = np.concatenate(ends), np.concatenate([np.roll(corners, -1) for corners in ends])
     turn, total = _turn(along[start - 1], along[end])
     is_step = (sine[start] * sine[end] < 0.0) & (turn >= -BLUNT_REFLEX) & (turn <= BLUNT_CONVEX) & (total > 0.0)
+    is_step &= is_sharp[start] | is_sharp[end]
     start, end = start[is_step], end[is_step]
-    # Where the moved lines of the edges at both ends meet those of their neighbours.
+    # Where the moved lines of the edges at both ends meet those of their neighbours, or the bisectors of blunt corners.
+    before = np.where(is_sharp[start], steps[start - 1], steps[start])
+    after = np.where(is_sharp[end], steps[end], steps[end - 1])
     first, last = _moved(along, steps, start), _moved(along, steps, end - 1)
-    first += ((steps[start - 1] - cosine[start] * steps[start]) / sine[start])[:, None] * along[start]
-    last += ((cosine[end] * steps[end - 1] - steps[end]) / sine[end])[:, None] * along[end - 1]
+    first += ((before - cosine[start] * steps[start]) / sine[start])[:, None] * along[start]
+    last += ((cosine[end] * steps[end - 1] - after) / sine[end])[:, None] * along[end - 1]
     chord = ring[end] - ring[start]
     length = np.hypot(*chord.T)
     rest = length + ((last - first) * chord).sum(axis=1) / length

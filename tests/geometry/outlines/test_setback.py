@@ -50,14 +50,16 @@ def test_only_moved_edges_have_strips_and_they_begin_with_them(ring, data):
 
 
 def _edges_of_steps(ring):
-    """Edges whose nearest sharp corners before and behind them turn to different sides."""
+    """Edges whose nearest corners before and behind them, or nearest sharp ones, turn to different sides."""
     after = np.roll(ring, -1, axis=0) - ring
     direction = np.arctan2(after[:, 1], after[:, 0])
     turns = np.degrees(np.angle(np.exp(1j * (direction - np.roll(direction, 1)))))
+    edges = set(np.flatnonzero(turns * np.roll(turns, -1) < 0.0).tolist())
     sharp = np.flatnonzero((turns > 15.0) | (turns < -45.0))
-    ends = zip(sharp.tolist(), np.append(sharp[1:], sharp[:1] + len(ring)).tolist(), strict=True)
-    runs = [(a, b) for a, b in ends if turns[a] * turns[b % len(ring)] < 0.0]
-    return {edge % len(ring) for a, b in runs for edge in range(a, b)}
+    for a, b in zip(sharp.tolist(), np.append(sharp[1:], sharp[:1] + len(ring)).tolist(), strict=True):
+        if turns[a] * turns[b % len(ring)] < 0.0:
+            edges |= {edge % len(ring) for edge in range(a, b)}
+    return edges
 
 
 # A low step between two fronts, upright or leaning by half a metre: (x of its upper corner, distances, remainder).
@@ -92,10 +94,11 @@ def test_what_moves_past_a_step_of_the_outline_ends_at_the_step_as_in_the_runtim
 STEP = np.array([(2, 2), (10, 2), (10, 10), (11, 10), (11, 24), (2, 24)], float)
 
 
-def _front(*turns):
-    """A lot with a front of edges of 10 m that turn by angles in degrees."""
+def _front(turns, middle=10.0):
+    """A lot with a front of three edges that turn by angles in degrees; the first and the last are 10 m long."""
     angles = np.radians(np.cumsum([0, *turns]))
-    front = np.cumsum(10.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1), axis=0)
+    lengths = np.array([(10.0,), (middle,), (10.0,)])
+    front = np.cumsum(lengths * np.stack([np.cos(angles), np.sin(angles)], axis=1), axis=0)
     return np.array([(0, 0), *front, (front[-1, 0], 30), (0, 30)])
 
 
@@ -110,8 +113,8 @@ TURNED = [
     # Both sides of the step are on one line in the end.
     (STEP, [0, 0.5, 4, 1.5, 0, 0]),
     (STEP, [0, 0.3, 4, 1.3, 0, 0]),
-    (_front(0, 10), [1, 2, 2, 0, 0, 0]),
-    (_front(0, -40), [1, 2, 2, 0, 0, 0]),
+    (_front((0, 10)), [1, 2, 2, 0, 0, 0]),
+    (_front((0, -40)), [1, 2, 2, 0, 0, 0]),
 ]
 
 
@@ -136,9 +139,22 @@ GENTLE = [
 
 @pytest.mark.parametrize(("turns", "steps", "remainder"), GENTLE)
 def test_edges_of_a_gentle_s_have_strips_as_in_the_runtime(turns, steps, remainder):
-    *strips, rest = _pieces(_front(*turns), steps)
+    *strips, rest = _pieces(_front(turns), steps)
     assert [group for group, _, _ in strips] == np.flatnonzero(steps).tolist()
     assert rest[1] == pytest.approx(remainder, abs=0.01)
+
+
+CHAMFERED = [
+    ((-10, 20), [0, 1, 3, 0, 0, 0], 585.09),
+    ((40, -44), [3, 1, 0, 0, 0, 0], 586.92),
+]
+
+
+@pytest.mark.parametrize(("turns", "steps", "remainder"), CHAMFERED)
+def test_what_moves_past_a_leaning_step_ends_there_if_one_of_its_corners_is_sharp_as_in_the_runtime(
+    turns, steps, remainder
+):
+    assert _pieces(_front(turns, 1.0), steps)[-1][1] == pytest.approx(remainder, abs=0.01)
 
 
 @pytest.mark.parametrize("edge", range(6))
