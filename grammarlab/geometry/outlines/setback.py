@@ -337,10 +337,9 @@ def _passed_edges(ring: Floats, steps: Floats, slack: float) -> list[Indices]:
     first += ((before - cosine[start] * steps[start]) / sine[start])[:, None] * along[start]
     last += ((cosine[end] * steps[end - 1] - after) / sine[end])[:, None] * along[end - 1]
     chord = ring[end] - ring[start]
-    length = np.hypot(*chord.T)
-    rest = length + ((last - first) * chord).sum(axis=1) / length
-    edges = [np.arange(a, b if a < b else b + len(ring)) % len(ring) for a, b in zip(start, end, strict=True)]
-    return [row for row, is_passed in zip(edges, (rest <= slack).tolist(), strict=True) if is_passed]
+    is_passed = ((chord + last - first) * chord).sum(axis=1) < slack * np.hypot(*chord.T)
+    passed = zip(start[is_passed].tolist(), end[is_passed].tolist(), strict=True)
+    return [np.arange(a, b if a < b else b + len(ring)) % len(ring) for a, b in passed]
 
 
 def _moved(along: Floats, steps: Floats, edges: Indices) -> Floats:
