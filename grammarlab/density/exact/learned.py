@@ -71,6 +71,10 @@ class LearnedGrammar(AbstractSampler):
     @property
     def rules_after(self) -> int:
         """Branches of the rules."""
+        return self._num_alternatives
+
+    @cached_property
+    def _num_alternatives(self) -> int:
         return num_alternatives(self.grammar)
 
     @property

@@ -82,6 +82,7 @@ def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequen
     most = making.max_rules or usual
     best: tuple[Simple, LearnedGrammar] | None = None
     fewest, fitting = 0, np.inf
+    made: dict[str, LearnedGrammar | None] = {}  # trees that differ in rounding only say the same
     header = [*lines, f"Method compile, base {making.base}"]
     has_rule = Acceptance.of(density.target.grammar.tree) is not None
     for columns in () if has_rule else density.column_sets(exact_only=True):
@@ -90,7 +91,10 @@ def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequen
                 break
             if len(simple.preference.tree) > fitting:
                 continue  # a larger tree than one that was too large
-            learned = compiled(simple.target, forest, header, most)
+            function = density.columns.text(simple.preference)
+            if function not in made:
+                made[function] = compiled(simple.target, forest, header, most)
+            learned = made[function]
             # A finding reports the size of the whole grammar, where counting takes no longer than usual.
             size = 0 if learned is None else rules_if_few(learned, max(most, usual))
             if learned is None or size > most:

@@ -77,8 +77,9 @@ class GrammarWriter(AbstractTargetWriter[Forest]):
         base_ratio = None if sampler.even is None else sampler.even.ratio
         scores = sampler.preference(columns.rows)
         learned = sampler.learned
-        if not isinstance(learned, RejectionSampler):  # it has no file
-            learned = replace(learned, text=without_earlier_head(learned.text))
+        # A rejection has no file, and a text that stays the same is not parsed again.
+        if not isinstance(learned, RejectionSampler) and (text := without_earlier_head(learned.text)) != learned.text:
+            learned = replace(learned, text=text)
         return judged(study, state, learned, predicted, scores, features, base_ratio)
 
 
