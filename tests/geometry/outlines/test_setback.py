@@ -171,6 +171,33 @@ def test_infinite_distances_are_as_very_large_ones(steps):
     assert _pieces(STEP, steps) == _pieces(STEP, np.minimum(steps, 1e9)) == _pieces(STEP, np.minimum(steps, 1e17))
 
 
+def _oblique(number):
+    """A star of 5 to 8 corners of about 30 m, with distances some of which are infinite."""
+    randomness = np.random.default_rng(number)
+    count = randomness.integers(5, 9)
+    angles = 2.0 * math.pi * (np.arange(count) + randomness.uniform(0.0, 0.8, count)) / count
+    ring = randomness.uniform(4.0, 18.0, (count, 1)) * np.column_stack([np.cos(angles), np.sin(angles)])
+    return ring.round(1), np.where(
+        randomness.random(count) < 0.3, math.inf, randomness.choice([0.0, 0.5, 2.0, 4.0], count)
+    )
+
+
+PENTAGON = np.array([(14.8, 10.1), (-0.9, 6), (-7.8, -5.2), (-14.9, -12.2), (-4.2, -6.7)])
+HEPTAGON = np.array([(-2, 8), (-18, -9), (-12, -9), (-5, -5), (2, -5), (5, -7), (12, -1)], float)
+
+
+def test_infinite_distances_beside_others_fill_lots_of_any_angles_as_large_ones_do():
+    cases = [(PENTAGON, [4, math.inf, 4, 4, 4]), (HEPTAGON, [4, 2, 4, 4, 4, math.inf, 2]), *map(_oblique, range(60))]
+    for ring, steps in cases:
+        areas = []
+        for longest in (math.inf, 3e5):
+            result = setback(lots([ring]), np.minimum(steps, longest))
+            areas.append(np.bincount(result.group + 1, signed(result.meshes), len(ring) + 1))
+        assert areas[0].sum() == pytest.approx(area(ring), rel=1e-6)
+        # In the time that the longest take over 30 m, others move by less than 1 mm, along 30 m of bounds.
+        np.testing.assert_allclose(areas[0], areas[1], atol=0.03)
+
+
 @QUICK
 @given(st.lists(st.floats(0.0, 4.0), min_size=4, max_size=4), st.lists(st.integers(-1, 2), min_size=4, max_size=4))
 def test_the_rectangle_formula_agrees_with_the_sweep(steps, groups):
