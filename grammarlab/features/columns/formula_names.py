@@ -182,7 +182,7 @@ class _Writer:
         return next((text for text in texts if len(text) <= MAX_LENGTH), kind + _first_of(things, 1))
 
     def _subjects(self, step: Step) -> Iterator[str]:
-        """The places of choices and the draws that a step reads, without conditions on where they are used."""
+        """The places of choices and the draws that a step reads, without conditions on where draws are used."""
         if isinstance(step, Measure):
             feature = step.feature
             yield self.names.place(feature) if isinstance(feature, Pattern) else feature.site
@@ -191,11 +191,15 @@ class _Writer:
                 yield from self._subjects(self.steps[index])
 
     def _is_use(self, step: Apply) -> bool:
-        """Whether a model uses what the second operand reads is the first operand."""
-        condition = self.steps[step.operands[0]]
-        if step.operation not in ("*", "and") or not isinstance(condition, Apply) or condition.operation != ">":
+        """Whether a step is a draw where a model uses it: ``({A:1} > 0) * $h``."""
+        if step.operation != "*":
             return False
-        return bool(self._added_at(condition, 0))
+        condition, draw = (self.steps[index] for index in step.operands)
+        if not isinstance(draw, Measure) or not isinstance(draw.feature, Draw):
+            return False
+        if not isinstance(condition, Apply) or condition.operation != ">":
+            return False
+        return bool(self._added_at(condition, 0)) and self.steps[condition.operands[1]] == ZERO
 
     def _place(self, step: Apply) -> str:
         """The place of a choice that `which` numbers by its alternatives; empty for anything else."""
@@ -249,9 +253,6 @@ class _Writer:
 
     def _use(self, step: Apply, earlier: Sequence[_Words]) -> str:
         """A draw where a model uses it."""
-        operands = [self.steps[index] for index in step.operands]
-        if step.operation != "*" or not isinstance(operands[1], Measure) or not isinstance(operands[1].feature, Draw):
-            return ""
         return f"{earlier[step.operands[1]].text} where used" if self._is_use(step) else ""
 
     def _table(self, step: Apply) -> str:

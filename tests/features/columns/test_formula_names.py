@@ -60,6 +60,7 @@ FAR, THREE = "({*[A:0 + A:* + A:0]} + {*[A:1 + A:* + A:1]})", "{*[A:* + A:* + A:
         ("{A:0} + {B:0}", "A → alternative 1 + B → alternative 1"),
         ("{A:1} / {A:*}", "share of A → alternative 2"),
         ("({A:1} > 0) * $h + $w", "h where used + w"),
+        ("({A:1} > 3) * $h", "(A → alternative 2 above 3) · h"),
         ("$a + (0 - 1) * $b", "a − 1 · b"),
         ("$a + (-1)", "a − 1"),
         ("not ({A:0} and {B})", "not (A → alternative 1 and number of B)"),
@@ -195,6 +196,21 @@ def test_no_formula_about_a_shipped_grammar_shows_its_syntax(path):
         for text in (words, space.display_names.text(words)):
             assert not RAW.search(text), (text, str(feature))
         assert len(words) <= MAX_LENGTH, (words, str(feature))
+
+
+def test_words_for_what_is_too_long_name_all_that_it_reads():
+    """Conditions are left out only if they say where a draw is used."""
+    long = "Name" * 36
+    pairs = " or ".join(f"({{Roof:0}} > 2 and {{Base:{number}}})" for number in range(12))
+    for text, words in (
+        (pairs, "a relation of Roof and Base"),
+        (f"({{{long}}} > 0) * 2", f"a combination of {long}"),
+        (
+            " + ".join(f"({{Roof:0}} > 0) * $h{number} * $k" for number in range(12)),
+            "a combination of h0, k, h1 and 10 others",
+        ),
+    ):
+        assert formula_words(Expression.parse(text).formula, FeatureNames()) == words
 
 
 @pytest.mark.parametrize(
