@@ -85,6 +85,7 @@ _FORMS: Mapping[str, str] = {
     "choose": "choice by {}",
     "count": "number of these: {}",
 }
+_NEGATED: Mapping[str, str] = {"+": "-", "-": "+"}
 _PRODUCTS = ("*", "/", "%")
 _NUMBERS = (
     *("+", "-", "*", "/", "%", "distinct", "changes", "odd", "longest_run", "least", "min", "max", "which", "choose"),
@@ -358,9 +359,19 @@ def _joined(operation: str, first: _Words, second: _Words) -> str:
         needs = bool(words.operation) and not same and (binds_less or operation in {"*", "/", "%"})
         return f"({words.text})" if needs else words.text
 
-    if operation == "+" and second.text.startswith("-"):
-        operation, second = "-", _Words(second.text.removeprefix("-"))
+    if operation in _NEGATED and second.text.startswith("-") and _begins_negative(second, operation):
+        operation, second = _NEGATED[operation], _Words(second.text.removeprefix("-"))
     return f"{inside(first, False)}{_SIGNS[operation]}{inside(second, True)}"
+
+
+def _begins_negative(words: _Words, operation: str) -> bool:
+    """Whether the minus that a text begins with is the sign of all that a sum or a difference adds by it.
+
+    >>> _begins_negative(_Words("-1 · b", "*"), "+"), _begins_negative(_Words("-1 · b below 2", "<"), "+")
+    (True, False)
+    """
+    is_sum = operation == "+" and words.operation in ("+", "-") and _SIGNS["%"] not in words.text
+    return is_sum or words.operation in ("", "*", "/")
 
 
 def _lowest(pattern: Pattern) -> Pattern:
