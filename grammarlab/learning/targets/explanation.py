@@ -45,10 +45,12 @@ _MAX_RARITY = 400
 _NO_CHOICE = re.compile(r"^(any|number of) | then ")
 """What names of choices of one symbol do not have."""
 _STATEMENT_STARTS, _STATEMENT_ENDS = (
-    ("all ", "same choice"),
+    ("all ", "no ", "not ", "same choice"),
     (" alike", " alternate", " mirrored", " never fall", " by turns"),
 )
 """Beginnings and ends of names of columns that are statements, not things."""
+_NUMBER = re.compile(r" \(\d+\)$")
+"""What tells names of columns apart that would be equal."""
 _WITH = " with "
 """What connects two choices that go together."""
 
@@ -262,7 +264,7 @@ class _ColumnWords:
         column, name = interval.column, self.table.names[interval.column]
         if compared := self._comparison(interval):
             return compared
-        return " ".join(self._choice(name, interval) if self._is_choice(column) else self._amount(name, interval))
+        return " ".join(self._choice(interval) if self._is_choice(column) else self._amount(name, interval))
 
     def _comparison(self, interval: _Range) -> str:
         """What a bound near 0 on a difference says: ``a below b``; empty for other conditions."""
@@ -282,8 +284,8 @@ class _ColumnWords:
         """Whether a column is a property that designs have or not: its values are 0 and 1."""
         return bool(self.is_integer[column]) and self.lowest[column] == 0.0 and self.highest[column] == 1.0
 
-    @staticmethod
-    def _choice(name: str, interval: _Range) -> Iterator[str]:
+    def _choice(self, interval: _Range) -> Iterator[str]:
+        name, is_formula = self.table.names[interval.column], isinstance(self.table.features[interval.column], Formula)
         before, arrow, after = name.removeprefix("any ").rpartition(" → ")
         has, thing = interval.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
         if thing.startswith(ONE_OF):
@@ -295,8 +297,12 @@ class _ColumnWords:
         if thing.startswith(COMBINATION):
             yield f"{thing}: {'1' if has else 'none'}"
             return
-        is_statement = thing.startswith(_STATEMENT_STARTS) or thing.endswith(_STATEMENT_ENDS)
-        is_statement |= _WITH in thing and all(" = " in choice for choice in thing.split(_WITH))
+        if arrow and is_formula:
+            yield name if has else f"not ({name})"
+            return
+        bare = _NUMBER.sub("", thing)
+        is_statement = bare.startswith(_STATEMENT_STARTS) or bare.endswith(_STATEMENT_ENDS)
+        is_statement |= _WITH in bare and all(" = " in choice for choice in bare.split(_WITH))
         denial = "not" if is_statement else "no"
         yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"{denial} {thing}"
 

@@ -126,6 +126,24 @@ def test_statements_are_denied_as_such():
     assert words_of(table, 80.0 * rows[:, 1], np.ones(400)).dislikes == ("no Bay (0)",)
 
 
+@pytest.mark.parametrize(
+    ("name", "denied"),
+    [
+        ("A → x equal to B → x", "not (A → x equal to B → x)"),
+        ("not (A → x and number of B)", "not (not (A → x and number of B))"),
+        ("no adjacent A with the same choice", "not no adjacent A with the same choice"),
+        ("not a equal to b", "not not a equal to b"),
+        ("a and b alike (2)", "not a and b alike (2)"),
+        ("all adjacent A with the same choice (3)", "not all adjacent A with the same choice (3)"),
+    ],
+)
+def test_formulas_are_denied_as_a_whole(name, denied):
+    rows = coins(400, 2)
+    table = table_of(rows, [name, "number of Bay"])
+    table = replace(table, features=(Formula.of("not", Draw("a")), table.features[1]))
+    assert words_of(table, 80.0 * rows[:, 0], np.ones(400)) == Words((f"{name} (80)",), (f"{denied} (0)",))
+
+
 def test_what_is_too_long_to_be_read_holds_or_does_not():
     rows = coins(400, 2)
     table = table_of(rows, ["a relation of Roof and Wall", "a combination of a and b"])
