@@ -128,6 +128,7 @@ def find_elements(facade: Facade, along: int, *, shops: bool = False, singles: b
     solid = solid if solid.any() else thickness < _WHOLE_SHARE * facade.size[0, 1 - along]
     is_whole = length >= _WHOLE_SHARE * whole
     signs = np.array([*(is_sign(name) for name in facade.labels), False])[facade.label[node]]
+    candidates = ~(solid | is_whole | signs) if singles and along == X else np.zeros(len(node), dtype=bool)
     return Elements(
         node=node,
         low=low,
@@ -136,18 +137,23 @@ def find_elements(facade: Facade, along: int, *, shops: bool = False, singles: b
         is_solid=solid & ~is_whole,
         is_whole=is_whole,
         is_sign=signs,
-        is_alone=_is_alone(facade, node) & ~solid & ~is_whole & ~signs & (singles and along == X),
+        is_alone=candidates & _is_alone(facade, node) if candidates.any() else candidates,
     )
 
 
 def _is_alone(facade: Facade, node: Ints) -> Flags:
     """[E] whether no other one of some nodes has the same label and overlaps with its storey."""
-    label = facade.label[node]
-    bottom = facade.position[node, Y]
-    top = bottom + facade.size[node, Y]
-    overlap = np.minimum(top, top[:, None]) - np.maximum(bottom, bottom[:, None])
-    beside = (overlap > TOLERANCE * facade.size[0, Y]) & (label == label[:, None])
-    return beside.sum(axis=1) == 1
+    label, bottom = facade.label[node], facade.position[node, Y]
+    top, slack = bottom + facade.size[node, Y], TOLERANCE * facade.size[0, Y]
+    is_alone = np.zeros(len(node), dtype=bool)
+    rows = np.lexsort((bottom, label))
+    rows = rows[top[rows] - bottom[rows] > slack]
+    for same in np.split(rows, np.flatnonzero(np.diff(label[rows])) + 1):
+        # From the bottom up, the next one begins first of all above, and one below may reach over those between.
+        next_bottom = np.append(bottom[same[1:]], np.inf)
+        reached = np.append(-np.inf, np.maximum.accumulate(top[same])[:-1])
+        is_alone[same] = (top[same] - next_bottom <= slack) & (reached - bottom[same] <= slack)
+    return is_alone
 
 
 def _runs(elements: Elements, tolerance: float) -> list[tuple[float, float]]:

@@ -1,5 +1,6 @@
 """Columns of whole facades, and their numbers for a size."""
 
+import tracemalloc
 from collections import Counter
 from itertools import pairwise, product
 
@@ -13,7 +14,7 @@ from grammarlab.facade.editing.grid_proposals import with_proposals
 from grammarlab.facade.editing.slab_counts import SpringKinds, best_counts, best_slabs
 from grammarlab.facade.editing.variations import unedited
 from grammarlab.facade.editing.wall_slabs import Elements, _cut_between, find_elements, find_slabs
-from grammarlab.facade.tree import Facade, X, Y
+from grammarlab.facade.tree import TOLERANCE, Facade, X, Y
 from tests.facade.samples import Node, across, built, leaf, stacked
 
 
@@ -228,6 +229,47 @@ def test_what_is_alone_is_repeated_where_all_other_columns_have_a_fault() -> Non
     best = edit(house, width=1.25 * house.width, most=1)[0]
     assert best.steps == ("facade: column 2 from the left 2 times",)
     assert not best.faults
+
+
+def random_wall(randomness: np.random.Generator, width: float, height: float, depth: int) -> Node:
+    """Elements cut from a rectangle, on a grid of 0.5 m or up to 10 nm beside it."""
+    along = int(randomness.integers(2))
+    whole = (width, height)[along]
+    if not depth or whole < 2.0:
+        return leaf(str(randomness.choice(["wall", "deco", "deco", "balcony", "cornice", "window"])), width, height)
+    cut = 0.5 * int(randomness.integers(1, int(2.0 * whole))) + 5e-9 * int(randomness.integers(-2, 3))
+    sizes = [(cut, height), (width - cut, height)] if along == X else [(width, cut), (width, height - cut)]
+    return (across, stacked)[along](*(random_wall(randomness, *size, depth - 1) for size in sizes))
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_elements_that_are_alone_are_those_of_brute_force(seed: int) -> None:
+    wall = built(random_wall(np.random.default_rng(seed), 12.0, 9.0, 6))
+    elements = find_elements(wall, X)
+    bottom, label = wall.position[elements.node, Y], wall.label[elements.node]
+    top = bottom + wall.size[elements.node, Y]
+
+    def is_beside(one: int, other: int) -> bool:
+        overlap = min(top[one], top[other]) - max(bottom[one], bottom[other])
+        return label[one] == label[other] and overlap > TOLERANCE * wall.height
+
+    indices = range(len(elements.node))
+    alone = np.array([[other for other in indices if is_beside(one, other)] == [one] for one in indices], dtype=bool)
+    can_be = ~(elements.is_solid | elements.is_whole | elements.is_sign)
+    assert elements.is_alone.tolist() == (alone & can_be).tolist()
+    for other in (find_elements(wall, X, singles=False), find_elements(wall, Y)):
+        assert not other.is_alone.any()
+
+
+def test_memory_for_elements_grows_with_their_number() -> None:
+    wall = built(stacked(*[across(*[leaf("deco"), leaf("window")] * 40)] * 30))
+    tracemalloc.start()
+    elements = find_elements(wall, X)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    # Pairs of them would need 5.76 million bytes for a single comparison.
+    assert peak < 1000 * len(elements.node)
 
 
 @given(st.integers(0, 2**32 - 1))
