@@ -18,6 +18,8 @@ from grammarlab.features.patterns.pattern import Below, Draw, Feature, Pattern, 
 
 BESIDE = " beside "
 """What connects neighbours: ``Wall = Brick beside Wall = Glass``."""
+_ANY = "any"
+"""A node of any symbol below another one."""
 
 
 class ColumnNames:
@@ -184,7 +186,8 @@ class FeatureNames:
             below = above.below[-1]
             words.append(self._successor(above, below))
             above = below.run[-1]
-        return " › ".join(filter(None, words)) or "parts"
+        place = " › ".join(filter(None, words))
+        return "parts" if place in {"", _ANY} else place
 
     def _node(self, node: Pattern, place: str) -> str:
         """A node with all below it, after the words for its own place."""
@@ -199,11 +202,12 @@ class FeatureNames:
         """Some nodes below a node, whose own words are ``here``."""
         *others, last = below.run
         if others:
-            words = BESIDE.join(_as_value(self._node(each, each.symbol or "any")) for each in below.run)
+            words = BESIDE.join(_as_value(self._node(each, each.symbol or _ANY)) for each in below.run)
             return f"{here} › {words}" if here else words
         successor = self._successor(node, below)
         place = (" ⋯ " if below.deep else " › ").join(filter(None, (here, successor)))
-        return self._node(last, place)
+        # What is below any node is like any node.
+        return self._node(last, "" if place == _ANY else place)
 
     def _branch(self, node: Pattern) -> str:
         """The branch that a node must have, empty for any."""
@@ -215,17 +219,20 @@ class FeatureNames:
         return " / ".join(dict.fromkeys(filter(None, map(self._names.branch, labels))))
 
     def _successor(self, above: Pattern, below: Below) -> str:
-        """The last node of a run: its symbol, numbered if a rule makes several of it; empty if rules make others."""
-        symbol = below.run[-1].symbol
+        """The last node of a run: its symbol, numbered if a rule makes several of it.
+
+        Of any symbol, it is ``successor 1`` or ``any`` if a rule has to rewrite it, otherwise empty.
+        """
+        symbol, is_rewritten = below.run[-1].symbol, below.run[-1].branch is not None
         child = below.child if len(below.run) == 1 and not below.deep else None
         if child is None:
-            return (symbol or "").removesuffix(".")
+            return (symbol or (_ANY if is_rewritten else "")).removesuffix(".")
         made = [(self._labels.successors[label].get(child), label) for label in self._rules(above)]
         if symbol is None:
             symbols = {each for each, _ in made}
             symbol = symbols.pop() if len(symbols) == 1 else None
         if symbol is None:
-            return ""
+            return f"successor {child + 1}" if is_rewritten else ""
         bare = symbol.removesuffix(".")
         names = [self._names.successor(label, child).replace(symbol, bare) for each, label in made if each == symbol]
         # With its number if any of the rules makes several of it.

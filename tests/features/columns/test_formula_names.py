@@ -178,6 +178,24 @@ def test_features_that_are_no_columns_are_named_as_columns_are(text, words):
     assert FeatureNames({}, NodeLabels.of([forest]))[parse(text)] == words
 
 
+@pytest.mark.parametrize(
+    ("text", "words", "place"),
+    [
+        ("A:0", "A → alternative 1", "A"),
+        ("A[*@0:0]", "A › successor 1 → alternative 1", "A › successor 1"),
+        ("A > *:0", "A › any → alternative 1", "A › any"),
+        ("A >> *:0", "A ⋯ any → alternative 1", "A › any"),
+        ("A > *@0 > *:0", "A › any → alternative 1", "A › any"),
+        ("A:0 > *@1:0", "A (alternative 1) › successor 2 → alternative 1", "A › successor 2"),
+        ("* > *:0", "parts → alternative 1", "parts"),
+        ("* > *@1:0", "successor 2 → alternative 1", "successor 2"),
+    ],
+)
+def test_a_choice_of_any_symbol_is_not_named_as_the_node_above_it(text, words, place):
+    pattern, names = parse(text), FeatureNames()
+    assert (names[pattern], names.place(pattern)) == (words, place)
+
+
 def test_names_that_are_built_from_steps_are_those_of_columns():
     """Paths of a table whose nodes have branches are named alike, whether the table gives the name or not."""
     forest = derive(Grammar.parse(TOWERS), 200, seed=1)
