@@ -172,8 +172,8 @@ class FeatureNames:
                 return self._node(feature, (feature.symbol or "").removesuffix("."))
             case Draw(site, branch):
                 return site if branch is None else f"{site} = {branch}"
-            case Threshold(site, bound):
-                return f"{site} below {bound:.4g}"
+            case Threshold():
+                return threshold_words(feature)
             case Present(inner):
                 return f"any {self[inner].removeprefix('number of ')}"
             case _:
@@ -248,6 +248,24 @@ class FeatureNames:
             and node.parameters in (None, rule.parameters)
             and rule.branch[: len(branch)] == branch
         ]
+
+
+def threshold_words(threshold: Threshold, is_below: bool = True) -> str:
+    """A draw compared with a number; a bound that is the next one above a shorter number is for the number itself.
+
+    Args:
+        threshold: the draw and its bound.
+        is_below: whether the draw is below the bound.
+
+    >>> threshold_words(Threshold("h", 3.0)), threshold_words(Threshold("h", math.nextafter(3.0, math.inf)))
+    ('h below 3', 'h at most 3')
+    >>> threshold_words(Threshold("h", math.nextafter(0.0, math.inf)), is_below=False)
+    'h above 0'
+    """
+    before = math.nextafter(threshold.bound, -math.inf)
+    is_next = len(repr(before)) < len(repr(threshold.bound))
+    below, above = ("at most", "above") if is_next else ("below", "at least")
+    return f"{threshold.site} {below if is_below else above} {before if is_next else threshold.bound:.4g}"
 
 
 def _as_value(name: str) -> str:

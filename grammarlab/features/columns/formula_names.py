@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.features.columns.column_names import FeatureNames
+from grammarlab.features.columns.column_names import FeatureNames, threshold_words
 from grammarlab.features.patterns.pattern import (
     ZERO,
     Apply,
@@ -39,6 +39,7 @@ from grammarlab.features.patterns.pattern import (
     Measure,
     Pattern,
     Step,
+    Threshold,
 )
 from grammarlab.language.dimensions import UNKNOWN, unit_of_result
 
@@ -155,6 +156,8 @@ class _Writer:
         phrase = self._place(step) or self._of_pairs(step, earlier) or self._of_kinds(step) or self._use(step, earlier)
         if phrase:
             return _Words(phrase)
+        if compared := self._comparison(step):
+            return _Words(compared, ">")
         if table := self._table(step):
             return _Words(table, step.operation)
         operands = [earlier[index] for index in step.operands]
@@ -255,6 +258,17 @@ class _Writer:
     def _use(self, step: Apply, earlier: Sequence[_Words]) -> str:
         """A draw where a model uses it."""
         return f"{earlier[step.operands[1]].text} where used" if self._is_use(step) else ""
+
+    def _comparison(self, step: Apply) -> str:
+        """A draw compared with a number, which is a number of draws below it in steps; empty for anything else."""
+        is_below = step.operation != "not"
+        counted = step if is_below else self.steps[step.operands[0]]
+        if not isinstance(counted, Apply) or counted.operation != ">":
+            return ""
+        draws, least = (self.steps[index] for index in counted.operands)
+        if not isinstance(draws, Measure) or not isinstance(draws.feature, Threshold) or least != ZERO:
+            return ""
+        return threshold_words(draws.feature, is_below)
 
     def _table(self, step: Apply) -> str:
         """A table of which alternatives of two choices go together: ``Base = Shop / Bar with Roof = Flat``."""

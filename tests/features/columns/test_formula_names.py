@@ -240,6 +240,19 @@ def test_words_for_what_is_too_long_name_all_that_it_reads():
 
 
 @pytest.mark.parametrize(
+    ("sign", "said"), [("<", "below"), ("<=", "at most"), (">", "above"), (">=", "at least"), ("==", "equal to")]
+)
+@pytest.mark.parametrize("bound", ["0", "2.5", "-1", "1000", "0.1"])
+def test_a_draw_is_compared_with_the_number_of_the_text(sign, said, bound):
+    for text, words in (
+        (f"$a {sign} {bound}", f"a {said} {bound}"),
+        (f"$a {sign} {bound} and {{B:1}}", f"(a {said} {bound}) and B → alternative 2"),
+        (f"choose($a {sign} {bound}, 2, 3)", f"choice by a {said} {bound}, 2 and 3"),
+    ):
+        assert formula_words(Expression.parse(text).formula, FeatureNames()) == words
+
+
+@pytest.mark.parametrize(
     ("text", "unit"),
     [
         ("$h", "m"),
