@@ -182,8 +182,11 @@ class _Writer:
         last = self.steps[-1]
         is_number = isinstance(last, Apply) and last.operation in _NUMBERS
         things, kind = list(dict.fromkeys(self._subjects(last))), COMBINATION if is_number else RELATION
-        texts = (kind + _first_of(things, most) for most in range(_MAX_LISTED, 1, -1))
-        return next((text for text in texts if len(text) <= MAX_LENGTH), kind + _first_of(things, 1))
+        texts = [kind + _first_of(things, most) for most in range(_MAX_LISTED, 0, -1)]
+        if short := next((text for text in texts if len(text) <= MAX_LENGTH), ""):
+            return short
+        excess = len(texts[-1]) - MAX_LENGTH
+        return kind + _first_of([f"{things[0][: -excess - 1]}…", *things[1:]], 1)
 
     def _subjects(self, step: Step) -> Iterator[str]:
         """The places of choices and the draws that a step reads, without conditions on where draws are used."""
@@ -199,11 +202,13 @@ class _Writer:
         if step.operation != "*":
             return False
         condition, draw = (self.steps[index] for index in step.operands)
-        if not isinstance(draw, Measure) or not isinstance(draw.feature, Draw):
+        return isinstance(draw, Measure) and isinstance(draw.feature, Draw) and self._is_present(condition)
+
+    def _is_present(self, step: Step) -> bool:
+        """Whether a step says that patterns occur."""
+        if not isinstance(step, Apply) or step.operation != ">" or self.steps[step.operands[1]] != ZERO:
             return False
-        if not isinstance(condition, Apply) or condition.operation != ">":
-            return False
-        return bool(self._added_at(condition, 0)) and self.steps[condition.operands[1]] == ZERO
+        return bool(self._added_at(step, 0))
 
     def _place(self, step: Apply) -> str:
         """The place of a choice that `which` numbers by its alternatives; empty for anything else."""
@@ -313,7 +318,7 @@ class _Writer:
             return choice if choice.count(" = ") == 1 else ""
         if isinstance(step, Apply) and step.operation == "and":
             use, choice = (self.steps[index] for index in step.operands)
-            return self._choice(choice) if isinstance(use, Apply) and use.operation == ">" else ""
+            return self._choice(choice) if self._is_present(use) else ""
         return ""
 
     def _alike(self, step: Step) -> str:

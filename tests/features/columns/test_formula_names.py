@@ -151,6 +151,8 @@ def test_what_is_no_pair_of_choices_is_no_table():
         ("{A:0} or {B:0}", "A → x or B → y"),
         ("{A:0} and {B:0} and {A:0} + 1", "A = x with B = y and (A → x + 1)"),
         ("({C} > 0 and $k:1) and {A:0}", "k = 1 with A = x"),
+        ("({C} > 2 and {B:0}) and {A:0}", "(number of C above 2) and B → y and A → x"),
+        ("($a < 2 and {B:0}) and {A:0}", "(a below 2) and B → y and A → x"),
     ):
         assert formula_words(Expression.parse(text).formula, FeatureNames({**names})) == words
 
@@ -226,7 +228,7 @@ def test_no_formula_about_a_shipped_grammar_shows_its_syntax(path):
 
 def test_words_for_what_is_too_long_name_all_that_it_reads():
     """Conditions are left out only if they say where a draw is used."""
-    long = "Name" * 36
+    long = "Name" * 35
     pairs = " or ".join(f"({{Roof:0}} > 2 and {{Base:{number}}})" for number in range(12))
     for text, words in (
         (pairs, "a relation of Roof and Base"),
@@ -250,6 +252,16 @@ def test_a_draw_is_compared_with_the_number_of_the_text(sign, said, bound):
         (f"choose($a {sign} {bound}, 2, 3)", f"choice by a {said} {bound}, 2 and 3"),
     ):
         assert formula_words(Expression.parse(text).formula, FeatureNames()) == words
+
+
+def test_names_that_are_too_long_are_cut():
+    long = "X" * 200
+    for text, start, end in (
+        (f"{{{long}}} > 3", "a relation of XX", "X…"),
+        (f"{{{long}}} * $h + $k", "a combination of XX", "X… and 2 others"),
+    ):
+        words = formula_words(Expression.parse(text).formula, FeatureNames())
+        assert (len(words), words[: len(start)], words[-len(end) :]) == (MAX_LENGTH, start, end)
 
 
 @pytest.mark.parametrize(
