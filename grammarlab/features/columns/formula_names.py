@@ -116,6 +116,12 @@ def formula_words(formula: Formula, names: FeatureNames) -> str:
     return text if len(text) <= MAX_LENGTH else writer.subject()
 
 
+def is_statement(feature: Feature) -> bool:
+    """Whether a feature is a formula that holds or not, instead of a number."""
+    last = feature.steps[-1] if isinstance(feature, Formula) else None
+    return isinstance(last, Apply) and last.operation not in _NUMBERS
+
+
 def unit_of(feature: Feature, of_draw: Callable[[str], str]) -> str:
     """Unit of a feature, such as ``m²`` of a product of lengths; empty for plain numbers and unknown units.
 
@@ -180,8 +186,8 @@ class _Writer:
     def subject(self) -> str:
         """What the formula is about."""
         last = self.steps[-1]
-        is_number = isinstance(last, Apply) and last.operation in _NUMBERS
-        things, kind = list(dict.fromkeys(self._subjects(last))), COMBINATION if is_number else RELATION
+        things = list(dict.fromkeys(self._subjects(last)))
+        kind = RELATION if is_statement(Formula(tuple(self.steps))) else COMBINATION
         texts = [kind + _first_of(things, most) for most in range(_MAX_LISTED, 0, -1)]
         if short := next((text for text in texts if len(text) <= MAX_LENGTH), ""):
             return short

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.density.exact.name_words import MOST_NAMED
-from grammarlab.features.columns.formula_names import COMBINATION, ONE_OF, RELATION, formula_words
+from grammarlab.features.columns.formula_names import COMBINATION, ONE_OF, RELATION, formula_words, is_statement
 from grammarlab.features.patterns.pattern import Apply, Feature, Formula
 from grammarlab.language.dimensions import DEGREES
 from grammarlab.language.display_names import DisplayNames
@@ -285,7 +285,7 @@ class _ColumnWords:
         return bool(self.is_integer[column]) and self.lowest[column] == 0.0 and self.highest[column] == 1.0
 
     def _choice(self, interval: _Range) -> Iterator[str]:
-        name, is_formula = self.table.names[interval.column], isinstance(self.table.features[interval.column], Formula)
+        name, feature = self.table.names[interval.column], self.table.features[interval.column]
         before, arrow, after = name.removeprefix("any ").rpartition(" → ")
         has, thing = interval.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
         if thing.startswith(ONE_OF):
@@ -297,13 +297,13 @@ class _ColumnWords:
         if thing.startswith(COMBINATION):
             yield f"{thing}: {'1' if has else 'none'}"
             return
-        if arrow and is_formula:
+        bare = _NUMBER.sub("", thing)
+        is_sentence = bare.startswith(_STATEMENT_STARTS) or bare.endswith(_STATEMENT_ENDS)
+        is_sentence |= _WITH in bare and all(" = " in choice for choice in bare.split(_WITH))
+        if isinstance(feature, Formula) and (arrow or (is_statement(feature) and not is_sentence)):
             yield name if has else f"not ({name})"
             return
-        bare = _NUMBER.sub("", thing)
-        is_statement = bare.startswith(_STATEMENT_STARTS) or bare.endswith(_STATEMENT_ENDS)
-        is_statement |= _WITH in bare and all(" = " in choice for choice in bare.split(_WITH))
-        denial = "not" if is_statement else "no"
+        denial = "not" if is_sentence else "no"
         yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"{denial} {thing}"
 
     def _amount(self, name: str, interval: _Range) -> Iterator[str]:

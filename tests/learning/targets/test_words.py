@@ -134,6 +134,8 @@ def test_statements_are_denied_as_such():
         ("no adjacent A with the same choice", "not no adjacent A with the same choice"),
         ("not a equal to b", "not not a equal to b"),
         ("a and b alike (2)", "not a and b alike (2)"),
+        ("a above 0", "not (a above 0)"),
+        ("A ≠ x with B = y", "not (A ≠ x with B = y)"),
         ("all adjacent A with the same choice (3)", "not all adjacent A with the same choice (3)"),
     ],
 )
