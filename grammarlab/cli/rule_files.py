@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from grammarlab.cli.console import FAILURE, Library, friendly_errors, print_content, print_json, print_result, say
-from grammarlab.errors import UsageError
+from grammarlab.errors import LanguageError, UsageError
 from grammarlab.option_names import with_options
+
+if TYPE_CHECKING:
+    from grammarlab.runs.sample.domains import CheckedText
 
 
 class Target(StrEnum):
@@ -126,7 +130,13 @@ def check(
             _check_folder(Path(grammar), library, as_json)
             return
         source = find_rules(grammar, assets, RuleChoices(library))
-        file, checked = source.path, check_source(source)
+        file = source.path
+        try:
+            checked: Sequence[CheckedText] = check_source(source)
+        except LanguageError as error:
+            if not as_json:
+                raise
+            checked = [error]  # that it cannot be read is a finding, too
         findings = [finding for checked_file in checked for finding in checked_file.findings]
         counts = {kind: sum(f.severity == kind for f in findings) for kind in ("error", "unsupported", "warning")}
         if as_json:

@@ -84,6 +84,8 @@ def test_check_reports_a_missing_or_unreadable_file(run, tmp_path):
     assert "no rule file" in run("check", tmp_path / "nowhere.cga", code=2).stderr
     (tmp_path / "big.cga").write_bytes(b" " * 20_000_000)
     assert "expected at most 16,777,216 bytes" in run("check", tmp_path / "big.cga", code=1).stderr
+    report = json.loads(run("check", tmp_path / "big.cga", "--json", code=1).stdout)
+    assert [finding["code"] for finding in report["findings"]] == ["unreadable-file"]
 
 
 @settings(
