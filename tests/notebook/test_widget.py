@@ -4,10 +4,12 @@ import multiprocessing
 import subprocess
 import sys
 from contextlib import closing
+from functools import partial
 from typing import Any
 
 import pytest
 
+import grammarlab as gl
 from grammarlab.errors import GrammarlabError, UsageError
 from grammarlab.language.presets import RuleChoices
 from grammarlab.notebook import RuleView, ScoringSession
@@ -205,6 +207,13 @@ def test_workers_of_a_script_without_a_guard_repeat_nothing_that_it_scores(tmp_p
     session = ScoringSession("toy", tmp_path / "toys.db", jobs=0)
     assert session.labels.scores.tolist() == [80, 80, 80]
     session.close()
+
+
+def test_pages_are_of_rule_files_not_of_parsed_grammars(tmp_path):
+    grammar: Any = gl.load("toy")
+    for show in (gl.view, partial(ScoringSession, path=tmp_path / "toys.db")):
+        with pytest.raises(UsageError, match=r"grammar: expected str or Path such as 'house\.cga', found Grammar\."):
+            show(grammar)
 
 
 def test_a_rule_file_in_a_notebook_is_answered_as_in_the_browser(monkeypatch, tmp_path):

@@ -160,8 +160,9 @@ def find_rules(argument: str, assets: Path | None = None, choices: RuleChoices =
 
     Raises:
         UsageError: If there is no such file or example; it names the nearest. If a rule package has no sources, or
-            the choices have another type.
+            an argument has another type.
     """
+    check_type("grammar", argument, (str, Path), "'house.cga'")
     check_type("choices", choices, RuleChoices, 'gl.RuleChoices(start_rule="Lot")')
     library = None if choices.library is None else Path(choices.library)
     for subject, folder in (("assets", assets), ("library", library)):
