@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 from playwright.sync_api import expect
@@ -240,7 +241,9 @@ def test_other_pairs_come_when_all_are_answered_and_are_learned_from_behind_the_
         pairs.press("ArrowLeft")
     expect(asked(pairs)).to_contain_text("Pair 1 of 8. Which")
     pairs.expect_saved()
-    expect(pairs.page.locator(".gl-hint").first).to_contain_text("8 comparisons; the predictions know them all")
+    # Either says that they are known; which one depends on how much the updates between them have changed.
+    known = re.compile("8 comparisons; (the predictions know them all|the last updates changed little)")
+    expect(pairs.page.locator(".gl-hint").first).to_contain_text(known)
     after = set()
     for _ in range(8):
         after |= {tuple(names(pairs))}
