@@ -5,6 +5,8 @@ Heavy libraries are imported inside functions, so that ``--help`` and completion
 
 import io
 import sys
+from _thread import interrupt_main
+from threading import Timer
 from typing import Any
 
 import typer
@@ -21,6 +23,7 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal or a pipe may not have every character
+    sys.unraisablehook = _not_ignored
     try:
         keep_compiled()
         from grammarlab.cli.commands import app_for
@@ -29,6 +32,14 @@ def main() -> None:
     except KeyboardInterrupt:  # while the commands are made; each command reports an interruption itself
         say("interrupted.")
         raise SystemExit(INTERRUPTED) from None
+
+
+def _not_ignored(ignored: "sys.UnraisableHookArgs") -> None:
+    """Interrupt again where Python ignores Ctrl-C, as in a finaliser or in the clean-up after an import."""
+    if ignored.exc_type is KeyboardInterrupt:
+        Timer(0.05, interrupt_main).start()  # s; later, since what interrupts this function is ignored as well
+    else:
+        sys.__unraisablehook__(ignored)
 
 
 def __getattr__(name: str) -> Any:
