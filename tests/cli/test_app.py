@@ -4,13 +4,17 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 import trimesh
+import typer
 
 import grammarlab
 from grammarlab import cli
+from grammarlab.cli.console import friendly_errors
 from grammarlab.runs.sample.manifest import read_manifest
 from tests.cli.commands import COMMANDS
 from tests.runs.grammars import TOWER
@@ -111,6 +115,7 @@ def test_ctrl_c_that_python_ignores_interrupts_all_the_same(tmp_path):
     code = """
 import time
 from grammarlab import cli
+from grammarlab.cli.console import friendly_errors
 
 class Final:
     def __del__(self):
@@ -126,6 +131,25 @@ cli.main()
 """
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=PATIENCE)
     assert (ended.returncode, ended.stderr) == (130, "interrupted.\n")
+
+
+def test_an_error_that_comes_of_ctrl_c_is_no_traceback(capsys):
+    """As where it falls between a lock and the note that it is locked: its release fails."""
+    lock = threading.Lock()
+    with pytest.raises(typer.Exit) as end, friendly_errors():
+        try:
+            raise KeyboardInterrupt
+        finally:
+            lock.release()
+    assert end.value.exit_code == 130
+    assert capsys.readouterr().err == "interrupted: finished files stay valid.\n"
+
+
+def test_an_error_after_ctrl_c_was_answered_is_told():
+    with pytest.raises(ZeroDivisionError), friendly_errors():
+        with suppress(KeyboardInterrupt):
+            raise KeyboardInterrupt
+        raise ZeroDivisionError
 
 
 def test_a_run_in_the_background_of_a_shell_does_not_hear_ctrl_c(tmp_path):
