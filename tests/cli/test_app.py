@@ -133,23 +133,28 @@ cli.main()
     assert (ended.returncode, ended.stderr) == (130, "interrupted.\n")
 
 
+@friendly_errors()
+def interrupted_between_a_lock_and_the_note_of_it():
+    try:
+        raise KeyboardInterrupt
+    finally:
+        threading.Lock().release()
+
+
+@friendly_errors()
+def failing_after_an_interruption_that_was_answered():
+    with suppress(KeyboardInterrupt):
+        raise KeyboardInterrupt
+    raise ZeroDivisionError
+
+
 def test_an_error_that_comes_of_ctrl_c_is_no_traceback(capsys):
-    """As where it falls between a lock and the note that it is locked: its release fails."""
-    lock = threading.Lock()
-    with pytest.raises(typer.Exit) as end, friendly_errors():
-        try:
-            raise KeyboardInterrupt
-        finally:
-            lock.release()
+    with pytest.raises(typer.Exit) as end:
+        interrupted_between_a_lock_and_the_note_of_it()
     assert end.value.exit_code == 130
     assert capsys.readouterr().err == "interrupted: finished files stay valid.\n"
-
-
-def test_an_error_after_ctrl_c_was_answered_is_told():
-    with pytest.raises(ZeroDivisionError), friendly_errors():
-        with suppress(KeyboardInterrupt):
-            raise KeyboardInterrupt
-        raise ZeroDivisionError
+    with pytest.raises(ZeroDivisionError):
+        failing_after_an_interruption_that_was_answered()
 
 
 def test_a_run_in_the_background_of_a_shell_does_not_hear_ctrl_c(tmp_path):
