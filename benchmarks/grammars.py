@@ -41,6 +41,38 @@ Lintel(kind) --> extrude(0.2) comp(f){ top: taper(0.1 + 0.05 * kind) Stone. | al
 """
 """Walls of about 4,700 leaves that have about 50 different meshes, on a lot of 30 x 20 metres."""
 
+TEXTURED = """
+attr height = 60
+Lot --> extrude(height) comp(f){ front: Front | side: Side | top: RoofTile. }
+Front --> setupProjection(0, scope.xy, 1.5, 1) setupProjection(2, scope.xy, '1, '1)
+          split(y){ 5: split(x){ 1: Wall | { ~3.1: Entrance }* | 1: Wall } | { ~4.5: Floor(split.index) }* }
+Side --> setupProjection(0, scope.xy, 1.5, 1) setupProjection(2, scope.xy, '1, '1)
+         split(y){ 5: Floor(0) | { ~4.5: Floor(split.index) }* }
+Entrance --> 30%: Door else: Bay(0)
+Floor(i) --> case i == 2: split(y){ 1: Ledge | ~1: Bays(i) | 0.5: Ledge } else: split(y){ ~1: Bays(i) | 0.4: Ledge }
+Bays(i) --> split(x){ 0.5: Brick | { ~3.1: Bay(i) }* | 0.5: Brick }
+Bay(i) --> case i == 1 || i > 10: s('1, '1, 1.2) t(0, 0, -1.2) Column Arch
+           else: split(x){ ~1: Wall | 2: split(y){ ~1: Wall | 1.5: Window | ~1: Wall } | ~1: Wall }
+Column --> [ i("builtin:cylinder:8") s(0.3, '1, 0.3) t(0.1, 0, 0.2) Post ]
+Post --> setupProjection(0, scope.xy, 1, 1) projectUV(0) Stone.
+Arch --> split(y){ ~3: split(x){ ~1: Wall | 1.8: Window | ~1: Wall } | 0.6: Crown }
+Crown --> split(x){ ~1: Wall | ~1: [ Keystone ] Wall | ~1: Wall }
+Keystone --> i("builtin:cube") t(0, 0, '0.1) s('1, '1, 0.4) texture("key.jpg") Fitted
+Fitted --> setupProjection(0, scope.xy, '1, '1) projectUV(0) Key.
+Ledge --> [ s('1, '1, 0.6) t(0, 0, -0.2) i("builtin:cube") LedgeFaces ] Wall
+LedgeFaces --> comp(f){ top = Cap. | bottom = NIL | all: LedgeFace }
+LedgeFace --> setupProjection(0, scope.xy, 1, 1) projectUV(0) texture("ledge.jpg") Stone.
+Window --> [ t(0, 0, -0.25) texture("window.jpg") Pane ]
+           [ s('1, 0.3, 0.3) t(0, 0, -0.15) i("builtin:cube") color("#eeeeee") Sill. ]
+           [ t(0, '1, -0.25) s('1, 0.2, 0.3) i("builtin:cube") color("#eeeeee") Lintel. ]
+Pane --> setupProjection(0, scope.xy, '1, '1) projectUV(0) projectUV(2) Glass.
+Door --> split(x){ ~1: Wall | 2: split(y){ 2.5: DoorLeaf | ~2: Wall } | ~1: Wall }
+DoorLeaf --> t(0, 0, -0.5) texture("door.jpg") setupProjection(0, scope.xy, '1, '1) projectUV(0) Leaf.
+Wall --> color("#FF9900") s('1, '1, 0.4) t(0, 0, -0.4) i("builtin:cube") Brick
+Brick --> texture("brick.jpg") projectUV(0) projectUV(2) Bricks.
+"""
+"""A tower of brick with about 3,400 leaves with texture coordinates, on a lot of 30 x 20 metres."""
+
 VARIED = """
 attr kinds = 16
 Lot --> extrude(60) comp(f){ front: Wall }

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.grammars import DRESSED, MIRRORED, SMALL, VARIED
+from benchmarks.grammars import DRESSED, MIRRORED, SMALL, TEXTURED, VARIED
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
@@ -107,6 +107,9 @@ def measured() -> dict[str, float]:
     cases: dict[str, tuple[Callable[[], Forest], int]] = {}
     for name, text in (("4,700 leaves of few meshes", DRESSED), ("3,000 mirrored inserts", MIRRORED)):
         cases |= {f"{name}, batch of {number}": (of_text(text, number), number) for number in (1, 16)}
+    cases |= {
+        f"3,400 leaves with textures, batch of {number}": (of_text(TEXTURED, number), number) for number in (1, 64)
+    }
     cases["75 leaves, one model"] = (of_text(SMALL, 1), 1)
     for name in ("building", "skyscraper", "toy"):
         cases |= {
@@ -114,9 +117,12 @@ def measured() -> dict[str, float]:
         }
     cases["building, batch of 1,000, no leaves"] = (of_shipped("building", 1000, leaves=False), 1000)
     result = {name: 1e3 * cpu_seconds(job) / number for name, (job, number) in cases.items()}
-    dressed = of_text(DRESSED, 16)
+    dressed, textured = of_text(DRESSED, 16), of_text(TEXTURED, 64)
     result["4,700 leaves of few meshes, batch of 16, triangles"] = (
         1e3 * cpu_seconds(lambda: triangles(realize(dressed()))) / 16
+    )
+    result["3,400 leaves with textures, batch of 64, triangles"] = (
+        1e3 * cpu_seconds(lambda: triangles(realize(textured()))) / 64
     )
     return result | of_pool("building")
 
@@ -130,6 +136,7 @@ def memory() -> dict[str, float]:
         "skyscraper, batch of 1,000": of_shipped("skyscraper", 1000),
         "4,700 leaves of few meshes, batch of 16": of_text(DRESSED, 16),
         "3,000 mirrored inserts, batch of 16": of_text(MIRRORED, 16),
+        "3,400 leaves with textures, batch of 64": of_text(TEXTURED, 64),
     }
     return {name: megabytes(job) for name, job in cases.items()}
 

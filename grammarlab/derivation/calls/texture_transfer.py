@@ -10,9 +10,9 @@ from typing import cast
 
 import numpy as np
 
-from grammarlab.arrays import Floats, distinct_rows
+from grammarlab.arrays import Floats
 from grammarlab.derivation.state.shapes import Ids, Shapes, Value, number_column
-from grammarlab.derivation.state.texture_maps import NONE, WORLD, map_name, projection_name
+from grammarlab.derivation.state.texture_maps import NONE, Move, map_name, projection_name
 from grammarlab.derivation.state.workspace import Workspace
 
 PIVOT_POSITION = ("pivot.px", "pivot.py", "pivot.pz")
@@ -46,8 +46,6 @@ def initial_maps(roots: Shapes, workspace: Workspace) -> dict[str, Value]:
 def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
     """Shapes that were moved, rotated or scaled with their scopes, with their previous coordinates and edges.
 
-    A map keeps its scale along an axis whose extent is or becomes 0.
-
     Args:
         before: [N] the shapes before the move.
         after: [N] the shapes after it; points of the unit cubes of their scopes correspond.
@@ -56,19 +54,9 @@ def carried(before: Shapes, after: Shapes, workspace: Workspace) -> Shapes:
     names = workspace.map_names
     if not names:
         return after
-    state: dict[str, Value] = dict(after.state)
-    for name in names:
-        ids = cast("Ids", after.state[name])
-        rows = np.flatnonzero(ids >= 0)
-        if workspace.has_corner_maps:
-            rows = rows[workspace.texture_maps.source(ids[rows]) == WORLD]
-        if len(rows) == len(ids):
-            state[name] = _moved(before, after, ids, workspace)
-        elif len(rows):
-            ids = ids.copy()
-            ids[rows] = _moved(before.take(rows), after.take(rows), ids[rows], workspace)
-            state[name] = ids
-    return after._replace(state=state)
+    move = Move.of(before, after)
+    moved = {name: workspace.texture_maps.moved(cast("Ids", after.state[name]), move) for name in names}
+    return after._replace(state={**after.state, **moved})
 
 
 def without_maps(shapes: Shapes, workspace: Workspace) -> Shapes:
@@ -123,21 +111,3 @@ def _around_the_corner(roots: Shapes, workspace: Workspace) -> Floats:
     gradients = np.stack([x - z, y], axis=1)
     start = -np.einsum("nai,ni->na", gradients, position)
     return np.concatenate([gradients, start[:, :, None]], axis=2)
-
-
-def _moved(before: Shapes, after: Shapes, ids: Ids, workspace: Workspace) -> Ids:
-    """Ids [N] of maps that give points after a move the coordinates that the given maps gave before it."""
-    table, frames = workspace.texture_maps, workspace.frames
-    flat = (before.size == 0.0) | (after.size == 0.0)
-    shrink = np.where(flat, 1.0, before.size / np.where(flat, 1.0, after.size))
-    maps = table.take(ids)
-    # Of many shapes few have different gradients, axes and factors.
-    first, number = distinct_rows(maps[:, :, :3], before.frame, after.frame, shrink)
-    gradients, factors = maps.take(first, axis=0)[:, :, :3], shrink.take(first, axis=0)
-    local = np.einsum("nai,nij->naj", gradients, frames.rotations(before.frame.take(first))) * factors[:, None, :]
-    turned = np.einsum("naj,nij->nai", local, frames.rotations(after.frame.take(first)))
-    moved = np.empty_like(maps)
-    moved[:, :, :3] = turned.take(number, axis=0)
-    start = maps[:, :, 3] + np.einsum("nai,ni->na", maps[:, :, :3], before.position)
-    moved[:, :, 3] = start - np.einsum("nai,ni->na", moved[:, :, :3], after.position)
-    return table.add(moved, table.was_given(ids))

@@ -114,7 +114,7 @@ class Workspace:
     compared_pairs: int = 0
     """Pairs of shapes that spatial queries have compared."""
     tables: ArrayTable = field(default_factory=ArrayTable)
-    texture_maps: TextureMapTable = field(default_factory=TextureMapTable)
+    texture_maps: TextureMapTable = field(init=False)
     count_again_at: int = field(init=False)
     """Number of nodes up to which no model can have exceeded its budget."""
     call_depth: int = 0
@@ -123,6 +123,7 @@ class Workspace:
 
     def __post_init__(self) -> None:
         self.count_again_at = self.budget.shapes
+        self.texture_maps = TextureMapTable(self.frames)
 
     @property
     def has_corner_maps(self) -> bool:

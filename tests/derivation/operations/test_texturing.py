@@ -102,6 +102,36 @@ def test_many_shapes_keep_their_coordinates_whatever_they_share(turn, size, widt
     np.testing.assert_allclose(after, before, rtol=1e-9, atol=1e-9)
 
 
+@given(AXES, st.lists(MOVES, min_size=1, max_size=6), st.lists(st.booleans(), min_size=6, max_size=6))
+@bulk(60)
+def test_the_maps_of_moved_shapes_do_not_depend_on_when_they_are_read(axes, moves, reads):
+    """Maps are computed when they are read, to the same bits whatever is read before."""
+    steps = [f'{move} report("{number}", geometry.uMin(0))' for number, move in enumerate(moves)]
+    bodies = (moves, [step if read else move for step, move, read in zip(steps, moves, reads, strict=False)], steps)
+    rules = """
+        Lot --> extrude(3) comp(f) {{ side = split(x) {{ ~2 : Tile }}* | top : Tile }}
+        Tile --> setupProjection(0, {axes}, 2, 3) projectUV(0) [ t(rand(1), 0, 1) Other ] t(0, rand(2), 0) {moves} After
+    """
+    grammars = [Grammar.parse(rules.format(axes=axes, moves=" ".join(body))) for body in bodies]
+    forests = [derive(grammar, 2, 1, footprint=(12.0, 9.0)) for grammar in grammars]
+    maps = [forest.texture_maps[forest.leaves.texture_map] for forest in forests]
+    assert len(maps[0]) > 20
+    assert maps[0].tobytes() == maps[1].tobytes() == maps[2].tobytes()
+
+
+def test_equal_maps_of_a_forest_are_one():
+    """Two projections that agree, and moves along which nothing changes, need no maps of their own."""
+    rules = """
+        Lot --> extrude(3) comp(f) { front : split(x) { ~1 : Tile(split.index) }* }
+        Tile(i) --> setupProjection(0, world.xy, 2, 3) t(0, 0, -i) projectUV(0) Half(i)
+        Half(i) --> case i % 2 == 0 : Even else : t(0, 0, i) Odd
+    """
+    forest = derive(Grammar.parse(rules), 3, 1)
+    assert len(forest.leaves) > 20
+    assert len(forest.texture_maps) == 1
+    assert not forest.leaves.texture_map.any()
+
+
 def scope_coordinates(forest: Forest, rows: list[int]) -> Floats:
     """[K, 4, 2] texture coordinates of the corners x, y of the unit squares of scopes."""
     corners = np.array([[x, y, 0.0] for x in (0.0, 1.0) for y in (0.0, 1.0)])
