@@ -321,7 +321,6 @@ def _labels_as_lines(result: LabelsResult) -> list[str]:
             if result.gain is None
             else [f"16 more scores are expected to change it by {divergence_share(result.gain)}"]
         ),
-        f"features: {', '.join(density.names) or 'none: all models are liked equally'}",
         *(f"note: factor {name} is left out: all its scores are 0" for name in result.left_out),
         *(f"note: {note}" for note in density.notes),
     ]

@@ -83,8 +83,8 @@ class BlendedPreference(AbstractPreference):
     """Probability that no pattern is known yet, 0 to 1: the share of the grammar that is kept."""
     held_out_error: float = 0.0
     """Error on held-out scores, as the standard deviation of normal errors with the same median; 0 without any."""
-    explained_variance: float = 0.0
-    """Share of the variance of held-out scores that the parts explain, 0 to 1; 0 without any."""
+    explained_variance: float | None = None
+    """Share of the variance of held-out scores that the parts explain, 0 to 1; None without any."""
     sketches: tuple[BlendedPreference, ...] = ()
     """Quick fits to parts of the labels, each without its held-out scores."""
     density: _Levels | None = None

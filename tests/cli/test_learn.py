@@ -187,7 +187,7 @@ def test_labels_of_a_simulated_person_become_a_grammar(run, labelled, tmp_path):
     assert {file.name for file in folder.iterdir()} == REPORT | {"choice-1.png"}
     assert "| labels | 32 |" in (folder / "report.md").read_text()
     told = run("learn", grammar, "--labels", labels, "-o", out).stderr
-    assert "features: High" in told
+    assert re.search(r"^(Likes|Does not like): .*others", told, re.MULTILINE)
 
 
 def test_a_scenario_beside_labels_is_compared_with_and_changes_nothing(run, labelled, tmp_path):

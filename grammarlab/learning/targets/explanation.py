@@ -10,14 +10,33 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.density.exact.name_words import MOST_NAMED
-from grammarlab.features.columns.formula_names import COMBINATION, ONE_OF, RELATION, formula_words, is_statement
-from grammarlab.features.patterns.pattern import Apply, Feature, Formula
+from grammarlab.features.columns.column_names import BESIDE, threshold_words
+from grammarlab.features.columns.formula_names import (
+    COMBINATION,
+    MAX_LENGTH,
+    ONE_OF,
+    RELATION,
+    formula_words,
+    is_statement,
+)
+from grammarlab.features.patterns.pattern import (
+    ZERO,
+    Apply,
+    Feature,
+    Formula,
+    Measure,
+    Pattern,
+    Present,
+    Step,
+    Threshold,
+)
 from grammarlab.language.dimensions import DEGREES
 from grammarlab.language.display_names import DisplayNames
 from grammarlab.learning.designs.addresses import Address
@@ -39,7 +58,7 @@ highest score by kinds that are not liked."""
 _MAX_BESIDE_SUM = 0.05
 """Largest share of the variance of scores that a sum of parts does not explain, for a description as a sum."""
 _MIN_POINTS = 3.0
-"""Smallest number of points of a described part."""
+"""Smallest number of points of a described part, and by which kinds differ."""
 _MAX_RARITY = 400
 """Smallest share of designs of a kind: one in 400."""
 _NO_CHOICE = re.compile(r"^(any|number of) | then ")
@@ -49,10 +68,19 @@ _STATEMENT_STARTS, _STATEMENT_ENDS = (
     (" alike", " alternate", " mirrored", " never fall", " by turns"),
 )
 """Beginnings and ends of names of columns that are statements, not things."""
+_NUMBER_OF = "number of "
+"""What names of columns begin with that count a part."""
 _NUMBER = re.compile(r" \(\d+\)$")
 """What tells names of columns apart that would be equal."""
 _WITH = " with "
 """What connects two choices that go together."""
+_OF_THESE = " of these: "
+"""What stands before a list of things of which some number is there."""
+_TERM = r"[^,;()=≠]+ = [^,;()=≠]+?"
+_ALTERNATIVES = re.compile(rf"{_TERM}(?: or {_TERM})+(?= \(|[,;)]|$)")
+"""Choices of which one is made: ``A = x or B = x``."""
+_DENIALS = (re.compile(r"^(no|not|none|at most) | does not hold$| never$"), re.compile(r" ≠ "))
+"""What conditions have that say what is missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,12 +112,14 @@ class Words:
     """What is not known yet, see `grammarlab.learning.targets.unknown_part`."""
     contrasts: tuple[ContrastWords, ...] = ()
     """Choices of which the kinds speak, the most important ones first."""
+    voices: tuple[str, ...] = ()
+    """Those sentences of ``knowledge`` that say that the scores are not of one taste."""
 
     def displayed(self, names: DisplayNames) -> Words:
         """The kinds in the words of people instead of the identifiers of a grammar."""
-        likes, dislikes = (tuple(map(names.text, side)) for side in (self.likes, self.dislikes))
+        likes, dislikes = (tuple(_joined(names.text(kind)) for kind in side) for side in (self.likes, self.dislikes))
         contrasts = tuple(replace(contrast, text=names.text(contrast.text)) for contrast in self.contrasts)
-        return Words(likes, dislikes, self.knowledge, contrasts)
+        return replace(self, likes=likes, dislikes=dislikes, contrasts=contrasts)
 
     @property
     def lines(self) -> tuple[str, ...]:
@@ -130,18 +160,28 @@ def words_of(table: DesignTable, scores: Floats, weights: Floats, addresses: Seq
 
 
 def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> tuple[Split, ...]:
-    """Smallest tree that explains most of the predictions, by choices and draws only if these are enough."""
-    bound = _MAX_UNEXPLAINED * agreement(scores, np.ones(len(scores)), weights).js
+    """Smallest tree that explains most of the predictions; of equally good ones, that by choices and draws only."""
+    total = agreement(scores, np.ones(len(scores)), weights).js
+    near: list[tuple[int, float, tuple[Split, ...]]] = []
     nearest: tuple[float, tuple[Split, ...]] = (np.inf, ())
-    for columns in (names.order[names.simple[names.order]], names.order):
+    is_place = np.array([" › " in name for name in names.table.names], dtype=bool)
+    every = np.ones(len(is_place), dtype=bool)
+    for is_candidate, is_last in ((names.simple & ~is_place, False), (~is_place, False), (every, True)):
+        if near and is_last:
+            break  # what is said of places inside others is harder to read than one more condition
+        columns = names.order[is_candidate[names.order]]
         tree = grow(rows, scores, weights, columns, _MAX_LEAVES, len(rows) // _MAX_RARITY)
-        for size in range(1, len(tree) + 1):
+        for size in range(1, min(len(tree), near[0][0] if near else len(tree)) + 1):
             leaf = leaves_of(tree[:size], rows)
             unexplained = agreement(scores, means_of(leaf, size + 1, scores, weights)[leaf], weights).js
             nearest = min(nearest, (unexplained, tree[:size]))
-            if unexplained <= bound:
-                return tree[:size]
-    return nearest[1]
+            if unexplained <= _MAX_UNEXPLAINED * total:
+                near.append((size, unexplained, tree[:size]))
+                break
+    if not near:
+        return nearest[1]
+    first, last = near[0], near[-1]
+    return last[2] if (last[0], last[1] + NEGLIGIBLE_SHARE * total) < first[:2] else first[2]
 
 
 def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words | None:
@@ -159,10 +199,38 @@ def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
         return None
     ranked = sorted(zip(tests, added[1:].tolist(), strict=True), key=lambda item: -abs(item[1]))
     sides: tuple[list[str], list[str]] = ([], [])
-    for (column, bound), points in ranked:
-        if abs(points) >= _MIN_POINTS:
-            sides[points < 0.0].append(f"{names.condition(_Range(column, bound, np.inf))} ({points:+.0f})")
+    parts = [
+        _Part(column, bound, points, (int(names.table.groups[column]), bound))
+        for (column, bound), points in ranked
+        if abs(points) >= _MIN_POINTS
+    ]
+    while parts:
+        first = parts[0]
+        # Alternatives of a choice that add the same are one part.
+        alike = [
+            part for part in parts if part.choice == first.choice and abs(part.points - first.points) <= _MIN_POINTS
+        ]
+        alike = alike if first.bound <= 1.0 else [first]
+        text = " or ".join(names.condition(_Range(part.column, part.bound, np.inf)) for part in alike)
+        points = float(np.mean([part.points for part in alike]))
+        parts = [part for part in parts if part not in alike]
+        if not parts and not any(sides):
+            has_any = np.any([rows[:, part.column] >= part.bound for part in alike], axis=0)
+            mean, rest = (float(np.average(scores[each], weights=weights[each])) for each in (has_any, ~has_any))
+            told = (f"{text} ({mean:.0f}; others {rest:.0f})",)
+            return Words(told, ()) if mean > rest else Words((), told)
+        sides[points < 0.0].append(f"{text} ({points:+.0f})")
     return Words(tuple(sides[0][:MAX_PARTS]), tuple(sides[1][:MAX_PARTS]))
+
+
+class _Part(NamedTuple):
+    """A part that adds points: designs with at least so much of a column."""
+
+    column: int
+    bound: float
+    points: float
+    choice: tuple[int, float]
+    """Group of the column, and the bound: equal for alternatives of a choice."""
 
 
 def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats, names: _ColumnWords) -> Words:
@@ -184,8 +252,23 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
         return tuple(f"{names.kind(ranges[index])} ({means[index]:.0f})" for index in indices)
 
     likes = select(means >= LIKED_SHARE * means.max(), mass * means, _MAX_LEAVES)
+    likes.sort(key=lambda index: -means[index])
     dislikes = select(means < _MAX_UNEXPLAINED * means.max(), mass, MOST_NAMED)
-    return Words(text(sorted(likes, key=lambda index: -means[index])), text(dislikes))
+    are_all = len(likes) + len(dislikes) == np.count_nonzero(mass)
+    if not are_all or min(len(likes), len(dislikes)) != 1 or np.ptp(means[likes]) > _MIN_POINTS:
+        return Words(text(likes), text(dislikes))
+    # All other designs are those of the other side, which would say the same again.
+    is_like = len(dislikes) > 1 or (len(likes) == 1 and _is_told(*(names.kind(ranges[i]) for i in (*likes, *dislikes))))
+    (index,), others = (likes, dislikes) if is_like else (dislikes, likes)
+    rest = np.average(means[others], weights=mass[others])
+    alone = (f"{names.kind(ranges[index])} ({means[index]:.0f}; others {rest:.0f})",)
+    return Words(alone, ()) if is_like else Words((), alone)
+
+
+def _is_told(kind: str, other: str) -> bool:
+    """Whether a kind is described rather than all others: not if only the others say what there is."""
+    denials, other_denials = (sum(bool(denial.search(text)) for denial in _DENIALS) for text in (kind, other))
+    return denials <= other_denials
 
 
 def _contrasts(
@@ -221,11 +304,18 @@ def _ranges(tree: Sequence[Split]) -> list[dict[int, _Range]]:
     return leaves
 
 
+class _Statement(NamedTuple):
+    text: str
+    sign: str = ""
+    """What connects its parts: ``and``, ``or``; empty for a single one."""
+
+
 class _ColumnWords:
     """Words for conditions on columns."""
 
     def __init__(self, table: DesignTable, rows: Floats) -> None:
         self.table = table
+        self._rows = rows
         self.is_integer = ~table.continuous
         if table.logarithmic is not None:
             self.is_integer |= table.logarithmic & (np.abs(rows - np.rint(rows)) <= ROUNDING * rows).all(axis=0)
@@ -233,15 +323,40 @@ class _ColumnWords:
 
     @property
     def order(self) -> Ints:
-        """Columns, short names first: of equivalent columns the first one is described."""
-        names = self.table.names
-        return np.array(sorted(range(len(names)), key=lambda column: (len(names[column]), column)), dtype=np.int64)
+        """Columns, the described one of equivalent ones first: choices, then what rules make, then short names."""
+        names, is_chosen = self.table.names, self.simple | self._made_by_choice
+        length = np.array([len(name.removeprefix(_NUMBER_OF)) for name in names], dtype=np.int64)
+        return np.lexsort((np.arange(len(names)), length, self._is_leaf, ~is_chosen)).astype(np.int64)
 
     @property
     def simple(self) -> NDArray[np.bool_]:
-        """[F] whether columns are choices of one symbol, or draws."""
-        choices = [" → " in name and " › " not in name for name in self.table.names]
+        """[F] whether columns are random choices of one symbol, or draws."""
+        labels = self.table.labels
+        choices = [
+            " → " in name
+            and " › " not in name
+            and (labels is None or (choice := choice_of(feature)) is None or choice.symbol in labels.drawn)
+            for name, feature in zip(self.table.names, self.table.features, strict=True)
+        ]
         return np.array(choices, dtype=bool) | ~self.is_integer
+
+    @property
+    def _is_leaf(self) -> NDArray[np.bool_]:
+        """[F] whether columns count symbols that no rule rewrites: what a rule stands for says more than its parts."""
+        ruled = set() if self.table.labels is None else {rule.symbol for rule in self.table.labels.rules}
+        are_leaves = [
+            isinstance(f, Pattern) and f == Pattern(f.symbol) and f.symbol not in ruled for f in self.table.features
+        ]
+        return np.array(are_leaves, dtype=bool)
+
+    @property
+    def _made_by_choice(self) -> NDArray[np.bool_]:
+        """[F] whether columns count symbols that are alternatives of random choices."""
+        symbols = set() if self.table.labels is None else set(self.table.labels.exchangeable)
+        are_made = [
+            isinstance(f, Pattern) and f == Pattern(f.symbol) and f.symbol in symbols for f in self.table.features
+        ]
+        return np.array(are_made, dtype=bool)
 
     def kind(self, ranges: dict[int, _Range]) -> str:
         """All conditions on a kind of designs, without implied ones."""
@@ -254,10 +369,32 @@ class _ColumnWords:
             for column, interval in ranges.items()
             if not (self._is_choice(column) and interval.low <= 0.0 and int(groups[column]) in chosen)
         ]
-        # Present properties are more informative than missing ones.
-        return ", ".join(
-            self.condition(interval) for interval in sorted(conditions, key=lambda interval: interval.low <= 0.0)
-        )
+        # Present properties are more informative than missing ones; a list ends where the text does, or a parenthesis.
+        present = [interval for interval in conditions if interval.low > 0.0]
+        missing = [interval for interval in conditions if interval.low <= 0.0]
+        said, denied = list(map(self.condition, present)), list[str]()
+        for group in dict.fromkeys(int(groups[interval.column]) for interval in missing):
+            same = [interval for interval in missing if groups[interval.column] == group]
+            rest = self._rest_of_choice([interval.column for interval in same])
+            said += [rest] if rest else []
+            denied += [] if rest else map(self.condition, same)
+        texts = [*said, *denied]
+        lists = [text for text in texts if _OF_THESE in text]
+        enclosed = [f"{text.replace(_OF_THESE, ' of (')})" for text in lists[:-1]]
+        return ", ".join([*(text for text in texts if _OF_THESE not in text), *enclosed, *lists[-1:]])
+
+    def _rest_of_choice(self, excluded: Sequence[int]) -> str:
+        """The alternatives of a choice that are left, if they are not more than the others; empty for anything else."""
+        names, groups = self.table.names, self.table.groups
+        place = names[excluded[0]].rpartition(" → ")[0]
+        alternatives = np.flatnonzero(groups == groups[excluded[0]]).tolist()
+        is_one = place and all(names[column].rpartition(" → ")[0] == place for column in alternatives)
+        rest = [column for column in alternatives if column not in excluded]
+        if not is_one or not rest or len(rest) > len(excluded) or len(excluded) < 2:
+            return ""
+        if not all(map(self._is_choice, alternatives)) or (self._rows[:, alternatives].sum(axis=1) != 1.0).any():
+            return ""
+        return " or ".join(self.condition(_Range(column, 0.5, np.inf)) for column in rest)
 
     def condition(self, interval: _Range) -> str:
         """One condition."""
@@ -297,6 +434,12 @@ class _ColumnWords:
         if thing.startswith(COMBINATION):
             yield f"{thing}: {'1' if has else 'none'}"
             return
+        if isinstance(feature, Formula) and _WITH not in name and (said := self._said(feature.steps[-1], feature, has)):
+            yield said.text
+            return
+        if BESIDE in thing:
+            yield thing if has else thing.replace(BESIDE, f" not{BESIDE}")
+            return
         bare = _NUMBER.sub("", thing)
         is_sentence = bare.startswith(_STATEMENT_STARTS) or bare.endswith(_STATEMENT_ENDS)
         is_sentence |= _WITH in bare and all(" = " in choice for choice in bare.split(_WITH))
@@ -305,6 +448,62 @@ class _ColumnWords:
             return
         denial = "not" if is_sentence else "no"
         yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"{denial} {thing}"
+
+    def _said(self, step: Step, formula: Formula, holds: bool) -> _Statement | None:
+        """What a step of a formula of things that are there or not says if it holds, or if not; None for anything else.
+
+        In a statement, a sum of numbers of things is above 0 if any of them is there.
+        """
+        if isinstance(step, Measure):
+            text = self._thing_said(step.feature, holds)
+            return _Statement(text) if text else None
+        if not isinstance(step, Apply):
+            return None
+        operands = [formula.steps[index] for index in step.operands]
+        if step.operation == "not" or (step.operation == ">" and operands[1] == ZERO):
+            return self._said(operands[0], formula, holds if step.operation == ">" else not holds)
+        if step.operation in ("and", "or", "+"):
+            sign = "and" if (step.operation == "and") == holds else "or"
+            parts = [self._said(operand, formula, holds) for operand in operands]
+            if not all(parts):
+                return None
+            texts = [part.text if part.sign in ("", sign) else f"({part.text})" for part in parts if part]
+            text = f" {sign} ".join(texts)
+            return _Statement(text, sign) if len(text) <= MAX_LENGTH else None
+        if step.operation in ("==", "!="):
+            return self._equality(operands, holds == (step.operation == "=="))
+        return None
+
+    def _equality(self, operands: Sequence[Step], are_equal: bool) -> _Statement | None:
+        """Whether both or neither of two properties are there; None for anything else."""
+        features = [operand.feature for operand in operands if isinstance(operand, Measure)]
+        columns = [self.table.features.index(feature) for feature in features if feature in self.table.features]
+        things = [self._thing_said(feature, True) for feature in features]
+        if len(columns) != 2 or not all(map(self._is_choice, columns)) or not all(things):
+            return None
+        first, second = things
+        if (self._rows[:, columns] > 0.0).all(axis=1).any():
+            text = f"both or neither of {first} and {second}" if are_equal else f"{first} or {second} but not both"
+            return _Statement(text, "but")
+        if are_equal:
+            return _Statement(" and ".join(self._thing_said(feature, False) for feature in features), "and")
+        return _Statement(f"{first} or {second}", "or")
+
+    def _thing_said(self, feature: Feature, holds: bool) -> str:
+        """That something is there, or is not; empty for what is no part, choice or bound of a draw."""
+        if isinstance(feature, Threshold):
+            return threshold_words(feature, holds)
+        name = self.table.words[feature]
+        if not isinstance(feature, Pattern | Present) or BESIDE in name or _WITH in name or _NO_CHOICE.search(name[4:]):
+            return ""
+        thing = name.removeprefix(_NUMBER_OF).removeprefix("any ")
+        place, arrow, value = thing.rpartition(" → ")
+        if not arrow:
+            return thing if holds else f"no {thing}"
+        is_once = feature in self.table.features and self._is_choice(self.table.features.index(feature))
+        if is_once or holds:
+            return f"{place} {'=' if holds else '≠'} {value}"
+        return f"{place} = {value} never"
 
     def _amount(self, name: str, interval: _Range) -> Iterator[str]:
         low, high = interval.low, interval.high
@@ -317,7 +516,13 @@ class _ColumnWords:
         is_choice = bool(arrow) and not isinstance(self.table.features[interval.column], Formula)
         if is_choice and self.is_integer[interval.column]:
             num = self._whole(low, high)
-            yield f"{place} = {value} " + {"none": "never", "1": "once"}.get(num, f"{num} times")
+            often = {"none": " never", "1": " once", "1 or more": ""}
+            yield f"{place} = {value}" + often.get(num, f" {num} times")
+            return
+        if isinstance(self.table.features[interval.column], Pattern) and not arrow:
+            thing, num = name.removeprefix(_NUMBER_OF), self._whole(low, high)
+            often = {"none": f"no {thing}", "1 or more": thing}
+            yield often.get(num, f"{_NUMBER_OF if ' ' not in thing else ''}{thing}: {num}")
             return
         yield f"{name}:" if " " in name else name
         if self.is_integer[interval.column]:
@@ -364,3 +569,41 @@ def _thing(name: str) -> str:
     if name.startswith("not ") and " → " in name:
         return name.removeprefix("not ").replace(" → ", " ≠ ")
     return name.replace("not number of ", "no ").removeprefix("number of ").replace(" → ", " = ")
+
+
+def _joined(text: str) -> str:
+    """A text that names the place, or the value, of several choices of which one is made only once.
+
+    >>> _joined("Lot = Tall or Lot = High 14 (+62)")
+    'Lot = Tall / High 14 (+62)'
+    >>> _joined("Gable roof = Attic or Plain roof = Attic or Chalet roof = Attic (90)")
+    'Gable, Plain or Chalet roof = Attic (90)'
+    >>> _joined("A = x or B = y (2)")
+    'A = x or B = y (2)'
+    >>> _joined("C = z, A ≠ x, A ≠ y, B ≠ y (2)")
+    'C = z, A ≠ x / y, B ≠ y (2)'
+    """
+    text = _ALTERNATIVES.sub(lambda match: _of_alternatives(match[0]), text)
+    first, *others = text.split(", ")
+    parts = [first]
+    for part in others:
+        before, after = parts[-1].partition(" ≠ "), part.partition(" ≠ ")
+        is_same = bool(after[1]) and before[0] == after[0] and before[1] == after[1]
+        parts = [*parts[:-1], f"{parts[-1]} / {after[2]}"] if is_same else [*parts, part]
+    return ", ".join(parts)
+
+
+def _of_alternatives(text: str) -> str:
+    places, values = zip(*(choice.split(" = ") for choice in text.split(" or ")), strict=True)
+    if len(set(places)) == 1:
+        return f"{places[0]} = {' / '.join(values)}"
+    if len(set(values)) > 1:
+        return text
+    words = [place.split() for place in places]
+    shared = 0
+    while len({tuple(each[len(each) - shared - 1 :]) for each in words}) == 1 and all(
+        len(each) > shared + 1 for each in words
+    ):
+        shared += 1
+    own = [" ".join(each[: len(each) - shared]) for each in words]
+    return " ".join([f"{', '.join(own[:-1])} or {own[-1]}", *words[0][len(words[0]) - shared :], "=", values[0]])

@@ -41,12 +41,16 @@ def plain(line: str) -> str:
 
 
 def _taste(predicted: Predicted) -> Iterator[str]:
-    """Liked and disliked kinds of designs, one below the other."""
+    """What the scores do not agree on, then liked and disliked kinds of designs, one below the other."""
     words = predicted.words
+    is_relative = all(factor.num_comparisons == factor.num_labels for factor in predicted.factors)
+    for sentence in words.voices:
+        yield from wrap(plain(sentence), _WIDTH, break_long_words=False)
     for title, kinds in (("Likes", words.likes), ("Does not like", words.dislikes)):
         if kinds:
             adds = all("(+" in kind or "(-" in kind for kind in kinds)
-            yield f"{title} ({'points that each part adds' if adds else 'with the mean score, 0 to 100'}):"
+            mean = "with the mean value, 100 for the best" if is_relative else "with the mean score, 0 to 100"
+            yield f"{title} ({'points that each part adds' if adds else mean}):"
         for kind in kinds:
             short = kind if len(kind) <= _MAX_CHARACTERS else f"{kind[:_MAX_CHARACTERS]} …"
             yield from wrap(
@@ -67,13 +71,15 @@ def _certainty(predicted: Predicted) -> Iterator[str]:
 
 
 def _sentences(factor: SimplifiedFactor) -> str:
-    scores = f"{factor.num_labels:,} score{'s' if factor.num_labels != 1 else ''}"
+    num_scores = factor.num_labels - factor.num_comparisons
+    numbers = ((num_scores, "score"), (factor.num_comparisons, "comparison"))
+    labels = " and ".join(f"{num:,} {word}{'s' if num != 1 else ''}" for num, word in numbers if num)
     if factor.unexplained == 1.0:
-        return f"No pattern yet in {scores}: the original is kept."
-    is_known = factor.explained is not None and factor.num_labels >= _MIN_LABELS
+        return f"No pattern yet in {labels}: the original is kept."
+    is_known = factor.explained is not None and num_scores >= _MIN_LABELS
     explained = f" This explains {factor.explained:.0%} of held-out scores." if is_known else ""
-    mixed = "." if factor.unexplained == 0.0 else ", since there are not enough scores yet."
-    return f"Learned from {scores}.{explained} {factor.unexplained:.0%} of the original is mixed in{mixed}"
+    kept = f" {factor.unexplained:.0%} of the original is mixed in, since there are not enough yet."
+    return f"Learned from {labels}.{explained}{kept if factor.unexplained else ''}"
 
 
 def without_earlier_head(text: str) -> str:

@@ -17,7 +17,7 @@ from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.explanation import Words, words_of
-from grammarlab.learning.targets.unknown_part import knowledge_of
+from grammarlab.learning.targets.unknown_part import knowledge_of, voices_of
 from grammarlab.preference.base import MAX_SCORE, NUM_LEVELS, AbstractPreference, Relevance
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.held_out_share import NUM_FOLDS
@@ -60,6 +60,8 @@ class SimplifiedFactor:
     """Share of the original that is kept because no pattern is known yet, 0 to 1."""
     explained: float | None = None
     """Share of the variance of held-out scores that is explained, 0 to 1; None if no scores were held out."""
+    num_comparisons: int = 0
+    """How many of the labels compare two designs."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,7 @@ def predict(study: Study[Designs], state: State) -> Predicted:
         _factor(
             state.answers[name].factor,
             len(state.answers[name].scores),
+            len(state.answers[name].scores) - len(state.answers[name].scored.scores),
             state.preferences[name],
             [study.space.display_names.text(group) for group in table.group_names],
             pool,
@@ -108,9 +111,13 @@ def predict(study: Study[Designs], state: State) -> Predicted:
     shares = np.max([[entry.share for entry in factor.relevances] for factor in factors], axis=0)[table.groups]
     scores = product([factor.predicted for factor in factors])
     if scores[possible].any():
-        words = words_of(table, scores, pool_designs.weights, study.tables(state.wide).addresses)
+        is_relative = all(factor.num_comparisons == factor.num_labels for factor in factors)
+        # Comparisons leave open how high scores are.
+        described = scores * (MAX_SCORE / scores[possible].max()) if is_relative else scores
+        words = words_of(table, described, pool_designs.weights, study.tables(state.wide).addresses)
         words = words.displayed(study.space.display_names)
-        return Predicted(factors, scores, shares, replace(words, knowledge=knowledge_of(study, state)))
+        words = replace(words, knowledge=knowledge_of(study, state), voices=tuple(voices_of(state).values()))
+        return Predicted(factors, scores, shares, words)
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
     finding = (
         "none of the models of the pool is predicted to be liked, so only the order of the predictions is used: score "
@@ -281,17 +288,21 @@ class _Path:
 
 
 def _factor(
-    name: str, num_labels: int, preference: AbstractPreference, group_names: Sequence[str], pool: Floats
+    name: str,
+    num_labels: int,
+    num_comparisons: int,
+    preference: AbstractPreference,
+    group_names: Sequence[str],
+    pool: Floats,
 ) -> SimplifiedFactor:
     predicted = np.clip(preference.predict(pool).mean, 0.0, MAX_SCORE)
     numbers = [str(number) for number in range(len(group_names))]
     shares = {int(relevance.name): relevance for relevance in preference.explain(numbers)}
     relevances = tuple(replace(shares[number], name=name) for number, name in enumerate(group_names))
-    factor = SimplifiedFactor(name, num_labels, relevances, predicted)
+    factor = SimplifiedFactor(name, num_labels, relevances, predicted, num_comparisons=num_comparisons)
     if not isinstance(preference, BlendedPreference):
         return factor
-    explained = preference.explained_variance if preference.sketches else None
-    return replace(factor, unexplained=preference.unexplained, explained=explained)
+    return replace(factor, unexplained=preference.unexplained, explained=preference.explained_variance)
 
 
 def _above_the_lowest(preference: AbstractPreference, pool: Floats) -> Floats:

@@ -12,13 +12,24 @@ def knowledge_of(study: Study, state: State) -> tuple[str, ...]:
     """Sentences about the scores of each liked factor: two voices in them, no pattern, or not enough for one."""
     if not study.table(state).features:
         return (_ALIKE,)
+    voices = voices_of(state)
     sentences = list[str]()
     for name in state.liked:
-        preference, entry = state.preferences[name], state.heard.get(name)
+        preference = state.preferences[name]
         of_pattern = _sentence(preference) if isinstance(preference, BlendedPreference) else ""
-        of_voices = "" if entry is None else str(entry)
-        sentences += [f"{name}: {text}" if len(state.liked) > 1 else text for text in (of_voices, of_pattern) if text]
+        sentences += [text for text in (voices.get(name, ""), _of_factor(state, name, of_pattern)) if text]
     return tuple(sentences)
+
+
+def voices_of(state: State) -> dict[str, str]:
+    """By liked factor, a sentence about two voices in its scores; none for one voice."""
+    heard = {name: _of_factor(state, name, str(state.heard[name])) for name in state.liked if name in state.heard}
+    return {name: text for name, text in heard.items() if text}
+
+
+def _of_factor(state: State, name: str, text: str) -> str:
+    """A sentence with the name of its factor, if there are several."""
+    return f"{name}: {text}" if text and len(state.liked) > 1 else text
 
 
 def _sentence(preference: BlendedPreference) -> str:
@@ -28,6 +39,6 @@ def _sentence(preference: BlendedPreference) -> str:
         # Whatever was found is not believed, so its share would contradict this.
         return "No pattern yet: the original is kept."
     state = f"Not enough yet: {preference.unexplained:.0%} of the original is kept"
-    if not preference.sketches:
+    if preference.explained_variance is None:
         return f"{state}."
     return f"{state} (what was found explains {preference.explained_variance:.0%} of held-out scores)."

@@ -107,7 +107,7 @@ class LearnedDensity(Generic[Designs]):
     >>> print(found.learned.text.strip().splitlines()[-1])
     Lot --> extrude(9) High
     >>> found
-    <LearnedDensity: 1 branch of rules, 2 before. Likes: Lot ≠ Low (100). Does not like: Lot = Low (0).>
+    <LearnedDensity: 1 branch of rules, 2 before. Does not like: Lot = Low (0; others 100).>
     """
 
     learned: Learned[Designs]

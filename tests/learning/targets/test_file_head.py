@@ -38,8 +38,7 @@ def test_a_learned_file_begins_with_what_is_liked():
     text = learn(GRAMMAR, high, 16, pool=Pool(0, 200)).learned.text
     lines = text.partition("\n\n")[0].splitlines()
     assert all(line.startswith("//") for line in lines)
-    assert "//   - Lot ≠ Low (100)" in lines
-    assert "//   - Lot = Low (0)" in lines
+    assert "//   - Lot = Low (0; others 100)" in lines
     assert lines[-1] == "// Method compile, base grammar"
     assert lines[0].startswith("// Learned by grammarlab ")
     assert GRAMMAR.hash[:16] in lines[0]
@@ -56,12 +55,30 @@ def test_a_learned_file_begins_with_what_is_liked():
         ({"unexplained": 1.0}, "No pattern yet in 20 scores: the original is kept."),
         ({"unexplained": 1.0, "num_labels": 1}, "No pattern yet in 1 score: the original is kept."),
         ({"unexplained": 0.3}, "Learned from 20 scores. 30% of the original is mixed in, since there are not enough"),
-        ({"explained": 0.934, "num_labels": 40}, "Learned from 40 scores. This explains 93% of held-out scores. 0% of"),
-        ({"explained": 0.0}, "Learned from 20 scores. 0% of the original is mixed in."),
+        ({"explained": 0.934, "num_labels": 40}, "Learned from 40 scores. This explains 93% of held-out scores."),
+        ({"explained": 0.0}, "Learned from 20 scores."),
+        ({"num_labels": 20, "num_comparisons": 20}, "Learned from 20 comparisons."),
+        ({"num_labels": 20, "num_comparisons": 19}, "Learned from 1 score and 19 comparisons."),
     ],
 )
 def test_the_head_says_how_much_is_known(factor, sentence):
     assert any(line.startswith(sentence) for line in head([], predicted(**factor), 5))
+
+
+def test_a_share_of_the_original_is_named_only_where_there_is_one():
+    lines = head([], predicted(explained=0.5, num_labels=40), 5)
+    assert not any("original" in line for line in lines)
+
+
+def test_the_head_says_that_scores_are_not_of_one_taste():
+    sentence = "Your scores before no. 61 contradict the later ones; the later ones count."
+    assert sentence in head([], predicted(Words(("Door (90)",), (), (sentence,), voices=(sentence,))), 0)
+
+
+def test_values_learned_from_comparisons_alone_are_relative():
+    words = Words(("Door (100; others 3)",), ())
+    assert "Likes (with the mean value, 100 for the best):" in head([], predicted(words, num_comparisons=20), 0)
+    assert "Likes (with the mean score, 0 to 100):" in head([], predicted(words, num_comparisons=19), 0)
 
 
 def test_no_name_leaves_the_comment():
