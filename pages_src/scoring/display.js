@@ -17,6 +17,7 @@ const ROOMY = 104; // pixels of a tile from which on numbers fit beside its bars
 const BARS = 12; // pixels that they take below a tile
 const ROOMY_BARS = 27;
 const BY_HAND = 1500; // ms after a wheel, a finger or a scroll bar in which what comes into view was scrolled to
+const NEAR = "25% 0px"; // how far from the view tiles are drawn well
 const NARROW = 620; // pixels of width below which grids stand one above the other
 
 /**
@@ -55,6 +56,17 @@ export function makeDisplay(page) {
   });
   atEnd.observe(more);
 
+  // What is out of view is drawn quickly until it comes near.
+  /** @type {Set<Element>} */
+  const near = new Set();
+  const comings = new IntersectionObserver(
+    (entries) => {
+      for (const { target, isIntersecting } of entries) near[isIntersecting ? "add" : "delete"](target);
+      wantPictures();
+    },
+    { root: stage, rootMargin: NEAR },
+  );
+
   async function ask() {
     const now = page.selection.order.join();
     if (asked === now) return;
@@ -81,7 +93,11 @@ export function makeDisplay(page) {
   /** @param {typeof grids[number]} grid @param {string} title @param {number} count */
   function fill({ title: heading, list, cells }, title, count) {
     heading.textContent = title || "more";
-    while (cells.length < count) cells.push(new Cell());
+    while (cells.length < count) {
+      const cell = new Cell();
+      comings.observe(cell.element);
+      cells.push(cell);
+    }
     while (list.childElementCount > count) list.lastElementChild?.remove();
     for (let next = list.childElementCount; next < count; next += 1) list.append(cells[next].element);
   }
@@ -118,7 +134,16 @@ export function makeDisplay(page) {
     stage.style.setProperty("--gl-size", `${size}px`);
     stage.style.setProperty("--gl-gap", `${gap}px`);
     stage.style.setProperty("--gl-columns", String(columns));
-    pictures.want(page.selection.order, pixelsFor(size));
+    wantPictures();
+  }
+
+  function wantPictures() {
+    if (page.state.pairs || !size) return;
+    const here = tiles();
+    const [inView, others] = [true, false].map((is) =>
+      page.selection.order.filter((_, at) => near.has(here[at]) === is),
+    );
+    pictures.want(inView, pixelsFor(size), others);
   }
 
   function drawSoon() {
@@ -209,6 +234,7 @@ export function makeDisplay(page) {
   function close() {
     resizes.disconnect();
     atEnd.disconnect();
+    comings.disconnect();
   }
 
   return {

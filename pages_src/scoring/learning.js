@@ -58,11 +58,12 @@ export function makeLearning(page) {
 
 /** @param {State} state */
 function hintOf(state) {
-  const [{ fresh, chart, gain, turn, active }, all] = [state, said(state)];
+  const [{ fresh, chart, explained, gain, turn, active }, all] = [state, said(state)];
   if (!all) return "Score some models: those in line follow your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
-  const steady = last.length === 2 && last.every(({ js }) => js < LITTLE);
+  // Without a pattern updates change little, too, since the original is kept: that is no reason to stop.
+  const steady = explained && last.length === 2 && last.every(({ js }) => js < LITTLE);
   const more = gain === null ? "" : ` 16 more may change what is learned by ${asShare(gain)}.`;
   const next = turn && turn !== active ? ` Those of “${turn}” tell the most.` : "";
   const known = steady ? "the last updates changed little, so you may stop." : "the predictions know them all.";

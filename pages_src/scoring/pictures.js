@@ -1,6 +1,6 @@
 /** @typedef {import("../shared/channel.js").Channel} Channel */
 /** @typedef {{ url: string, size: number, models: string[] }} Sheet */
-/** @typedef {{ sheet: Sheet, image: string, extent: string, place: string, size: number }} Picture */
+/** @typedef {{ sheet: Sheet, image: string, extent: string, place: string, size: number, good: boolean }} Picture */
 
 const SHEETS_KEPT = 80;
 
@@ -10,7 +10,7 @@ export class Pictures {
   #came;
   /** @type {Map<string, Picture>} */
   #known = new Map();
-  /** @type {Map<string, number>} size asked for, where it is under way */
+  /** @type {Map<string, number>} rank asked for, where it is under way */
   #asked = new Map();
   /** @type {Set<Sheet>} */
   #sheets = new Set();
@@ -33,18 +33,35 @@ export class Pictures {
 
   /**
    * Asks for those that are not here in that size or better. A request replaces the one before it.
-   * @param {string[]} models
+   * @param {string[]} models which are looked at
    * @param {number} size pixels
+   * @param {string[]} [ahead] models that may be looked at soon: until then, quick pictures are enough
    */
-  want(models, size) {
-    const large = new Set(models);
-    this.#shown = new Set([...models, ...this.#kept]);
-    const missing = [...this.#shown].filter(
-      (model) => (this.#known.get(model)?.size ?? 0) < (large.has(model) ? size : 1),
-    );
-    if (!this.#channel.connected || missing.every((model) => (this.#asked.get(model) ?? 0) >= size)) return;
-    this.#asked = new Map(missing.map((model) => [model, size]));
-    this.#channel.request("pictures", { models: missing, size }).catch(() => this.askAgain());
+  want(models, size, ahead = []) {
+    const [quick, well] = [rankOf(size), rankOf(size, true)];
+    /** @type {Map<string, number>} */
+    const needed = new Map();
+    for (const [names, rank] of /** @type {const} */ ([
+      [models, well],
+      [ahead, quick],
+      [this.#kept, 1],
+    ])) {
+      for (const model of names) if (!needed.has(model)) needed.set(model, rank);
+    }
+    this.#shown = new Set(needed.keys());
+    const missing = [...needed].filter(([model, rank]) => this.#rankOf(model) < rank);
+    if (!this.#channel.connected || missing.every(([model, rank]) => (this.#asked.get(model) ?? 0) >= rank)) return;
+    this.#asked = new Map(missing);
+    const absent = missing.filter(([model, rank]) => this.#rankOf(model) < Math.min(rank, quick));
+    const good = missing.filter(([, rank]) => rank === well);
+    const asked = { models: absent.map(([model]) => model), good: good.map(([model]) => model), size };
+    this.#channel.request("pictures", asked).catch(() => this.askAgain());
+  }
+
+  /** @param {string} model */
+  #rankOf(model) {
+    const known = this.#known.get(model);
+    return known ? rankOf(known.size, known.good) : 0;
   }
 
   /** After a reconnection nobody works on what was asked before. */
@@ -61,8 +78,11 @@ export class Pictures {
     for (const { url } of this.#sheets) URL.revokeObjectURL(url);
   }
 
-  /** @param {{ models: string[], size: number, columns: number, rows: number }} message @param {ArrayBuffer} buffer */
-  async #take({ models, size, columns, rows }, buffer) {
+  /**
+   * @param {{ models: string[], good: boolean[], size: number, columns: number, rows: number }} message
+   * @param {ArrayBuffer} buffer
+   */
+  async #take({ models, good, size, columns, rows }, buffer) {
     const url = URL.createObjectURL(new Blob([buffer], { type: "image/jpeg" }));
     const picture = new Image();
     picture.src = url;
@@ -70,7 +90,7 @@ export class Pictures {
     const sheet = { url, size, models };
     this.#sheets.add(sheet);
     models.forEach((model, index) => {
-      if ((this.#known.get(model)?.size ?? 0) > size) return;
+      if (this.#rankOf(model) > rankOf(size, good[index])) return;
       const [column, row] = [index % columns, Math.floor(index / columns)];
       const place = `${percent(column, columns - 1)} ${percent(row, rows - 1)}`;
       this.#known.set(model, {
@@ -79,6 +99,7 @@ export class Pictures {
         extent: `${columns * 100}% ${rows * 100}%`,
         place,
         size,
+        good: good[index],
       });
     });
     this.#tidy();
@@ -108,4 +129,9 @@ export function drawPicture(where, picture) {
 /** @param {number} part @param {number} whole */
 function percent(part, whole) {
   return whole ? `${(100 * part) / whole}%` : "0";
+}
+
+/** Of two pictures the larger one is better, and of one size the good one. @param {number} size @param {boolean} [good] */
+function rankOf(size, good = false) {
+  return 2 * size - (good ? 0 : 1);
 }

@@ -48,6 +48,7 @@
  * @property {Relevance[]} relevance
  * @property {string[]} words What is liked and what is not, a sentence each.
  * @property {Contrast[]} contrasts choices on which the scores depend
+ * @property {boolean} explained whether the scores have a pattern that replaces more than half of the original
  * @property {number | null} gain Nats that 16 more scores are expected to gain.
  * @property {string} turn Factor whose scores would tell most; empty if there is one factor only.
  * @property {Progress | null} updating

@@ -32,6 +32,13 @@ def _of_factor(state: State, name: str, text: str) -> str:
     return f"{name}: {text}" if text and len(state.liked) > 1 else text
 
 
+def is_explained(state: State) -> bool:
+    """Whether the scores of each liked factor have a pattern that replaces more than half of the original."""
+    preferences = [state.preferences[name] for name in state.liked]
+    kept = [preference.unexplained for preference in preferences if isinstance(preference, BlendedPreference)]
+    return bool(preferences) and all(2.0 * share < 1.0 for share in kept)
+
+
 def _sentence(preference: BlendedPreference) -> str:
     if preference.unexplained == 0.0:
         return ""

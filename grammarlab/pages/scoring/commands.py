@@ -113,9 +113,10 @@ def _cancel(desk: SessionDesk, request: Request) -> Message:
 
 def _pictures(desk: SessionDesk, request: Request) -> None:
     models = checked_models(request.values.get("models"), MAX_PICTURES)
+    good = checked_models(request.values.get("good", models), MAX_PICTURES)
     size = request.integer("size", SMALLEST, LARGEST, 160)
     request.answer({}, ())
-    desk.thumbnails.request(models, size, request.window)
+    desk.thumbnails.request(models, size, request.window, good)
 
 
 def _model(desk: SessionDesk, request: Request) -> None:

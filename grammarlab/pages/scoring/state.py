@@ -61,6 +61,7 @@ def state_of(desk: SessionDesk) -> Message:
         "relevance": _relevance(predicted),
         "words": [] if knowledge.learned is None else list(knowledge.learned.words),
         "contrasts": _contrasts(display),
+        "explained": knowledge.learned is not None and knowledge.learned.is_explained,
         "gain": None if knowledge.learned is None else knowledge.learned.gain,
         "turn": knowledge.learned.turn if knowledge.learned and knowledge.learned.turn in record.factors else "",
         "updating": None if updating is None else updating.as_json(),

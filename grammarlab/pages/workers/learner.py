@@ -23,7 +23,7 @@ from grammarlab.learning.round import State, Study, answered, init, needs_wide, 
 from grammarlab.learning.stopping import NUM_MORE, expected_gain
 from grammarlab.learning.targets.divergence import jensen_shannon
 from grammarlab.learning.targets.explanation import words_of
-from grammarlab.learning.targets.unknown_part import knowledge_of
+from grammarlab.learning.targets.unknown_part import is_explained, knowledge_of
 from grammarlab.pages.record.judgements import Judgement
 from grammarlab.pages.record.label_exchange import labels_of
 from grammarlab.pages.record.model_grids import PAIRS
@@ -144,6 +144,7 @@ class _LastUpdate:
             chosen=chosen,
             words=words,
             contrasts=contrasts,
+            is_explained=is_explained(state),
             gain=gain,
             turn=self._turn(tuple(request.factors)),
             number=self._number,

@@ -221,6 +221,8 @@ class LearnedUpdate:
     """Liked and disliked kinds, one sentence each."""
     contrasts: tuple[Contrast, ...] = ()
     """Choices of which `words` speak, the most important ones first."""
+    is_explained: bool = False
+    """Whether the scores have a pattern that replaces more than half of the original."""
     gain: float | None = None
     """Expected gain of 16 more scores in nats; None if it is unknown."""
     turn: str = ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -42,6 +42,21 @@ class _Drawing:
     samples: int
 
 
+@dataclass(frozen=True, slots=True)
+class _Request:
+    """Latest request of a window."""
+
+    size: int
+    models: frozenset[str]
+    good: frozenset[str]
+    """Those whose pictures are to be good."""
+
+    def of(self, draw: DrawModels) -> list[str]:
+        """Models of a drawing that are requested as it draws them."""
+        models = self.good if draw.samples >= GOOD else self.models
+        return [model for model in draw.models if model in models] if draw.size == self.size else []
+
+
 @dataclass
 class Thumbnails:
     """Pictures requested by windows."""
@@ -51,8 +66,8 @@ class Thumbnails:
     """Receives the warnings of all pictures, with repeats."""
     _cache: OrderedDict[tuple[str, int], _Drawing] = field(default_factory=OrderedDict)
     """Cached pictures by model and size, the last used at the end."""
-    _requests: dict[Send, tuple[int, frozenset[str]]] = field(default_factory=dict)
-    """Latest size and models requested by each window."""
+    _requests: dict[Send, _Request] = field(default_factory=dict)
+    """Latest request of each window."""
     _pending: set[tuple[str, int, int]] = field(default_factory=set)
     """Models, sizes and samples in progress."""
 
@@ -66,29 +81,34 @@ class Thumbnails:
         """Whether a window waits for first pictures."""
         return any(samples == QUICK for _, _, samples in self._pending)
 
-    def request(self, models: Sequence[str], size: int, send: Send) -> None:
+    def request(self, models: Sequence[str], size: int, send: Send, good: Collection[str] | None = None) -> None:
         """Send pictures when they are finished; earlier requests of this window are dropped.
 
         Args:
             models: different addresses.
             size: pixels along each side.
             send: receives sprite sheets; a model may be sent twice, the later picture is better.
+            good: models whose pictures are to be good, which may have quick ones there already; by default `models`.
         """
-        self._requests[send] = (size, frozenset(models))
-        cached = [model for model in models if (model, size) in self._cache]
-        for start in range(0, len(cached), SHEET):
-            part = cached[start : start + SHEET]
+        good = models if good is None else good
+        every = list(dict.fromkeys((*models, *good)))
+        self._requests[send] = _Request(size, frozenset(every), frozenset(good))
+        cached = [model for model in every if (model, size) in self._cache]
+        poor = [model for model in cached if model in good and self._cache[model, size].samples < GOOD]
+        news = [model for model in cached if model in models or model not in poor]
+        for start in range(0, len(news), SHEET):
+            part = news[start : start + SHEET]
             _send_sheet(send, size, part, [self._use(model, size) for model in part])
-        missing = [model for model in models if (model, size) not in self._cache]
-        poor = [model for model in cached if self._cache[model, size].samples < GOOD]
-        quick = missing if len(missing) >= MIN_QUICK else []
+        missing = [model for model in every if (model, size) not in self._cache]
+        awaited = [model for model in missing if model in good]
+        quick = missing if len(awaited) >= MIN_QUICK else [model for model in missing if model not in good]
         # The very first picture does not wait for others.
         head = quick[:1] if not self.shows_something else []
         # The last one submitted in front is done first.
         chunks = [
             *_chunks(head, size, QUICK),
             *_chunks(quick[len(head) :], size, QUICK),
-            *_chunks([*missing, *poor], size, GOOD),
+            *_chunks([*awaited, *poor], size, GOOD),
         ]
         with self.pool.held():
             for draw in reversed(chunks):
@@ -107,7 +127,7 @@ class Thumbnails:
             self.pool.submit(draw, partial(self._drawn, draw), is_wanted=partial(self._is_wanted, draw), first=True)
 
     def _is_wanted(self, draw: DrawModels) -> bool:
-        if any(size == draw.size and not models.isdisjoint(draw.models) for size, models in self._requests.values()):
+        if any(request.of(draw) for request in self._requests.values()):
             return True
         self._pending.difference_update((model, draw.size, draw.samples) for model in draw.models)
         return False
@@ -119,9 +139,9 @@ class Thumbnails:
         self.warn(outcome.value.warnings)
         for model, picture in zip(draw.models, outcome.value.pictures, strict=True):
             self._store(model, draw.size, _Drawing(picture, draw.samples))
-        for send, (size, models) in list(self._requests.items()):
-            here = [model for model in draw.models if size == draw.size and model in models]
-            _send_sheet(send, size, here, [self._use(model, size) for model in here])
+        for send, request in list(self._requests.items()):
+            here = request.of(draw)
+            _send_sheet(send, draw.size, here, [self._use(model, draw.size) for model in here])
 
     def _store(self, model: str, size: int, drawing: _Drawing) -> None:
         cached = self._cache.get((model, size))
@@ -132,9 +152,9 @@ class Thumbnails:
             _, oldest = self._cache.popitem(last=False)
             pixels -= oldest.picture.size // 3
 
-    def _use(self, model: str, size: int) -> Picture:
+    def _use(self, model: str, size: int) -> _Drawing:
         self._cache.move_to_end((model, size))
-        return self._cache[model, size].picture
+        return self._cache[model, size]
 
 
 def _chunks(models: Sequence[str], size: int, samples: int) -> Iterator[DrawModels]:
@@ -142,14 +162,15 @@ def _chunks(models: Sequence[str], size: int, samples: int) -> Iterator[DrawMode
         yield DrawModels(tuple(models[start : start + CHUNK]), size, samples)
 
 
-def _send_sheet(send: Send, size: int, models: Sequence[str], pictures: Sequence[Picture]) -> None:
+def _send_sheet(send: Send, size: int, models: Sequence[str], drawings: Sequence[_Drawing]) -> None:
     if not models:
         return
     columns = math.ceil(math.sqrt(len(models)))
     rows = math.ceil(len(models) / columns)
     layout = {"columns": columns, "rows": rows, "width": size, "height": size}
-    message = {"event": "pictures", "size": size, "models": list(models), **layout}
-    send(message, [sprite_sheet(pictures, columns)])
+    good = [drawing.samples >= GOOD for drawing in drawings]
+    message = {"event": "pictures", "size": size, "models": list(models), "good": good, **layout}
+    send(message, [sprite_sheet([drawing.picture for drawing in drawings], columns)])
 
 
 def sprite_sheet(pictures: Sequence[Picture], columns: int) -> bytes:

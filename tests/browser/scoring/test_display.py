@@ -14,6 +14,7 @@ from grammarlab.runs.sample.trace import as_values, trace_model
 from tests.browser.driver import Server
 from tests.browser.late import deaf
 from tests.cases import some, takes_turns
+from tests.waiting import wait_until
 
 
 def tile_width(towers):
@@ -40,6 +41,29 @@ def test_pictures_are_large_enough_to_judge_and_none_is_cut_at_a_side(opened, se
     assert min(box["width"] for box in boxes) >= least
     assert min(box["x"] for box in boxes) >= stage["x"]
     assert max(box["x"] + box["width"] for box in boxes) <= stage["x"] + stage["width"]
+
+
+ASKED_FOR = """
+window.good = [];
+const { send } = WebSocket.prototype;
+WebSocket.prototype.send = function (data) {
+  const { command, good: models } = typeof data === "string" ? JSON.parse(data) : {};
+  if (command === "pictures") good.push(...models);
+  send.call(this, data);
+};
+"""
+"""Script that remembers of which models good pictures were asked for."""
+
+
+def test_pictures_are_good_where_somebody_looks_and_quick_elsewhere(opened, server):
+    shown = opened(server.address, size=(1100, 600), script=ASKED_FOR)
+    models = shown.models()
+    first, last = models[:2], models[14:16]
+    wait_until(lambda: set(first) <= set(shown.page.evaluate("good")))
+    shown.expect_pictures()
+    assert not {*last} & set(shown.page.evaluate("good"))
+    shown.cell(15).scroll_into_view_if_needed()
+    wait_until(lambda: set(last) <= set(shown.page.evaluate("good")))
 
 
 @takes_turns

@@ -74,6 +74,15 @@ def test_what_was_learned_shows_new_models_with_bars_a_chart_and_reasons(learned
     expect_accessible(learned.page)
 
 
+def test_nobody_who_has_shown_no_pattern_is_told_to_stop(learned):
+    for _ in range(2):  # Nothing is new, so what is learned does not change.
+        learned.update()
+    hint = learned.page.locator(".gl-hint")
+    expect(hint).to_contain_text("the predictions know them all")
+    expect(learned.page.locator(".gl-words")).to_contain_text("No pattern yet")
+    expect(learned.page.locator(".gl-chart figcaption")).to_contain_text("changed what is learned by less than 0.1 %")
+
+
 @takes_turns
 def test_models_come_in_all_ways(learned):
     for name in ("by ", "Sort", "Grid"):

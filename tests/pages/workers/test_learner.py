@@ -286,6 +286,23 @@ def test_comparisons_alone_can_be_learned_from(handler: Handler, pool: ModelPool
     assert not asked & {frozenset(pair) for pair in pairs}
 
 
+@pytest.mark.parametrize("num_labels", [8, 40])
+def test_scores_are_explained_once_less_than_half_of_the_original_is_kept(
+    handler: Handler, pool: ModelPool, num_labels: int
+):
+    liked = {model: kind_of(model) == "Flat" for model in pool.names}
+    scores = {model: 100.0 * liked[model] for model in pool.names[:40]}
+    shuffled = dict(zip(scores, np.random.default_rng(num_labels).permutation(list(scores.values())), strict=True))
+    pairs = list(zip(pool.names[: 2 * num_labels : 2], pool.names[1 : 2 * num_labels : 2], strict=True))
+    compare_alone = handler(
+        Update({"overall": dict(compared(pair, "rather") for pair in pairs)}, NUMBERS, None), report
+    )
+    assert update(handler, {"overall": scores}).is_explained
+    for unknown in (update(handler, {"overall": shuffled}), compare_alone):
+        assert not unknown.is_explained
+        assert unknown.words[0].startswith(("No pattern yet", "Not enough yet"))
+
+
 def test_the_factor_with_the_fewest_scores_is_next_and_one_alone_has_no_turn(handler: Handler, pool: ModelPool):
     scores = {model: 100.0 * (number % 2) for number, model in enumerate(pool.names[:8])}
     assert update(handler, {"a": scores}).turn == ""

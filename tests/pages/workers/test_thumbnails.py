@@ -86,6 +86,37 @@ def test_few_are_drawn_well_at_once():
     assert [draw.samples for draw in easel.drawn] == [GOOD]
 
 
+def test_what_nobody_looks_at_is_drawn_quickly_alone_until_somebody_does():
+    easel, viewer = Easel(), Viewer()
+    thumbnails = Thumbnails(easel, ignore)
+    thumbnails.request(MODELS, 40, viewer.send, good=MODELS[:2])
+    easel.draw()
+    drawn = [(model, draw.samples) for draw in easel.drawn for model in draw.models]
+    assert sorted(drawn) == sorted([(model, QUICK) for model in MODELS[2:]] + [(model, GOOD) for model in MODELS[:2]])
+    quality = {
+        name: good
+        for message, _ in viewer.sheets
+        for name, good in zip(message["models"], message["good"], strict=True)
+    }
+    assert quality == {model: model in MODELS[:2] for model in MODELS}
+    # Quick ones that are there already are not sent again, good ones are.
+    thumbnails.request([], 40, (again := Viewer()).send, good=MODELS[:4])
+    assert again.models == MODELS[:2]
+    easel.draw()
+    assert again.models == MODELS[:4]
+    assert [model for draw in easel.drawn[-1:] for model in draw.models] == MODELS[2:4]
+
+
+def test_good_pictures_that_nobody_looks_at_any_more_are_not_drawn():
+    easel, viewer = Easel(), Viewer()
+    thumbnails = Thumbnails(easel, ignore)
+    thumbnails.request(MODELS[:4], 40, viewer.send)
+    thumbnails.request(MODELS[:4], 40, viewer.send, good=[])
+    easel.draw()
+    assert {draw.samples for draw in easel.drawn} == {QUICK}
+    assert viewer.models == MODELS[:4]
+
+
 def test_sheets_hold_the_pictures_row_by_row():
     easel, viewer = Easel(), Viewer()
     Thumbnails(easel, ignore).request(MODELS[:3], 40, viewer.send)

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 66bc4c5b4a2b0df5 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 35f3b678da9d51ac */
 
 // shared/ahead.js
 var Ahead = class {
@@ -215,7 +215,7 @@ var Pictures = class {
   #came;
   /** @type {Map<string, Picture>} */
   #known = /* @__PURE__ */ new Map();
-  /** @type {Map<string, number>} size asked for, where it is under way */
+  /** @type {Map<string, number>} rank asked for, where it is under way */
   #asked = /* @__PURE__ */ new Map();
   /** @type {Set<Sheet>} */
   #sheets = /* @__PURE__ */ new Set();
@@ -235,18 +235,37 @@ var Pictures = class {
   }
   /**
    * Asks for those that are not here in that size or better. A request replaces the one before it.
-   * @param {string[]} models
+   * @param {string[]} models which are looked at
    * @param {number} size pixels
+   * @param {string[]} [ahead] models that may be looked at soon: until then, quick pictures are enough
    */
-  want(models, size) {
-    const large = new Set(models);
-    this.#shown = /* @__PURE__ */ new Set([...models, ...this.#kept]);
-    const missing = [...this.#shown].filter(
-      (model) => (this.#known.get(model)?.size ?? 0) < (large.has(model) ? size : 1)
-    );
-    if (!this.#channel.connected || missing.every((model) => (this.#asked.get(model) ?? 0) >= size)) return;
-    this.#asked = new Map(missing.map((model) => [model, size]));
-    this.#channel.request("pictures", { models: missing, size }).catch(() => this.askAgain());
+  want(models, size, ahead = []) {
+    const [quick, well] = [rankOf(size), rankOf(size, true)];
+    const needed = /* @__PURE__ */ new Map();
+    for (
+      const [names, rank] of
+      /** @type {const} */
+      [
+        [models, well],
+        [ahead, quick],
+        [this.#kept, 1]
+      ]
+    ) {
+      for (const model of names) if (!needed.has(model)) needed.set(model, rank);
+    }
+    this.#shown = new Set(needed.keys());
+    const missing = [...needed].filter(([model, rank]) => this.#rankOf(model) < rank);
+    if (!this.#channel.connected || missing.every(([model, rank]) => (this.#asked.get(model) ?? 0) >= rank)) return;
+    this.#asked = new Map(missing);
+    const absent = missing.filter(([model, rank]) => this.#rankOf(model) < Math.min(rank, quick));
+    const good = missing.filter(([, rank]) => rank === well);
+    const asked = { models: absent.map(([model]) => model), good: good.map(([model]) => model), size };
+    this.#channel.request("pictures", asked).catch(() => this.askAgain());
+  }
+  /** @param {string} model */
+  #rankOf(model) {
+    const known = this.#known.get(model);
+    return known ? rankOf(known.size, known.good) : 0;
   }
   /** After a reconnection nobody works on what was asked before. */
   askAgain() {
@@ -259,8 +278,11 @@ var Pictures = class {
   close() {
     for (const { url } of this.#sheets) URL.revokeObjectURL(url);
   }
-  /** @param {{ models: string[], size: number, columns: number, rows: number }} message @param {ArrayBuffer} buffer */
-  async #take({ models, size, columns, rows }, buffer) {
+  /**
+   * @param {{ models: string[], good: boolean[], size: number, columns: number, rows: number }} message
+   * @param {ArrayBuffer} buffer
+   */
+  async #take({ models, good, size, columns, rows }, buffer) {
     const url = URL.createObjectURL(new Blob([buffer], { type: "image/jpeg" }));
     const picture = new Image();
     picture.src = url;
@@ -269,7 +291,7 @@ var Pictures = class {
     const sheet = { url, size, models };
     this.#sheets.add(sheet);
     models.forEach((model, index) => {
-      if ((this.#known.get(model)?.size ?? 0) > size) return;
+      if (this.#rankOf(model) > rankOf(size, good[index])) return;
       const [column, row] = [index % columns, Math.floor(index / columns)];
       const place = `${percent(column, columns - 1)} ${percent(row, rows - 1)}`;
       this.#known.set(model, {
@@ -277,7 +299,8 @@ var Pictures = class {
         image: `url("${url}")`,
         extent: `${columns * 100}% ${rows * 100}%`,
         place,
-        size
+        size,
+        good: good[index]
       });
     });
     this.#tidy();
@@ -302,6 +325,9 @@ function drawPicture(where, picture) {
 }
 function percent(part, whole) {
   return whole ? `${100 * part / whole}%` : "0";
+}
+function rankOf(size, good = false) {
+  return 2 * size - (good ? 0 : 1);
 }
 
 // scoring/compare.js
@@ -615,6 +641,7 @@ var ROOMY = 104;
 var BARS = 12;
 var ROOMY_BARS = 27;
 var BY_HAND = 1500;
+var NEAR = "25% 0px";
 var NARROW = 620;
 function makeDisplay(page) {
   const grids = [];
@@ -641,6 +668,14 @@ function makeDisplay(page) {
     if (isIntersecting && performance.now() - moved < BY_HAND) void ask();
   });
   atEnd.observe(more);
+  const near = /* @__PURE__ */ new Set();
+  const comings = new IntersectionObserver(
+    (entries) => {
+      for (const { target, isIntersecting } of entries) near[isIntersecting ? "add" : "delete"](target);
+      wantPictures();
+    },
+    { root: stage, rootMargin: NEAR }
+  );
   async function ask() {
     const now = page.selection.order.join();
     if (asked === now) return;
@@ -661,7 +696,11 @@ function makeDisplay(page) {
   }
   function fill({ title: heading, list, cells }, title, count) {
     heading.textContent = title || "more";
-    while (cells.length < count) cells.push(new Cell());
+    while (cells.length < count) {
+      const cell = new Cell();
+      comings.observe(cell.element);
+      cells.push(cell);
+    }
     while (list.childElementCount > count) list.lastElementChild?.remove();
     for (let next = list.childElementCount; next < count; next += 1) list.append(cells[next].element);
   }
@@ -691,7 +730,15 @@ function makeDisplay(page) {
     stage.style.setProperty("--gl-size", `${size}px`);
     stage.style.setProperty("--gl-gap", `${gap}px`);
     stage.style.setProperty("--gl-columns", String(columns));
-    pictures.want(page.selection.order, pixelsFor(size));
+    wantPictures();
+  }
+  function wantPictures() {
+    if (page.state.pairs || !size) return;
+    const here = tiles();
+    const [inView, others] = [true, false].map(
+      (is) => page.selection.order.filter((_, at) => near.has(here[at]) === is)
+    );
+    pictures.want(inView, pixelsFor(size), others);
   }
   function drawSoon() {
     frame ||= requestAnimationFrame(() => {
@@ -761,6 +808,7 @@ function makeDisplay(page) {
   function close() {
     resizes.disconnect();
     atEnd.disconnect();
+    comings.disconnect();
   }
   return {
     element: stage,
@@ -1282,11 +1330,11 @@ function makeLearning(page) {
   return { element: section, update, progress: busy.progress, draw: line.draw };
 }
 function hintOf(state) {
-  const [{ fresh, chart, gain, turn, active }, all] = [state, said(state)];
+  const [{ fresh, chart, explained, gain, turn, active }, all] = [state, said(state)];
   if (!all) return "Score some models: those in line follow your scores.";
   if (!fresh) return `${all}; the predictions do not know all of them yet.`;
   const last = chart.slice(-2);
-  const steady = last.length === 2 && last.every(({ js }) => js < LITTLE);
+  const steady = explained && last.length === 2 && last.every(({ js }) => js < LITTLE);
   const more = gain === null ? "" : ` 16 more may change what is learned by ${asShare(gain)}.`;
   const next = turn && turn !== active ? ` Those of “${turn}” tell the most.` : "";
   const known = steady ? "the last updates changed little, so you may stop." : "the predictions know them all.";
