@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints, row_of_value, take_rows
+from grammarlab.arrays import Floats, Ints, row_lengths, row_of_value, take_rows
 from grammarlab.scene.instances import Scene
 from grammarlab.scene.shading import ShadedMeshes
 
@@ -72,16 +72,44 @@ def place_instances(
     # By axis, then by coordinate: numbers that are computed in the same way are adjacent.
     axes = np.ascontiguousarray(scene.frames.T)
     templates = [_template(shaded, index, placed) for index in most_used.tolist()]
-    kind = np.full(len(shaded.mesh_vertices) - 1, len(templates), np.int8)
-    kind[most_used] = np.arange(len(templates))
-    kind_of_instance = kind[mesh]
-    by_kind = np.argsort(kind_of_instance, kind="stable")
-    ends = np.searchsorted(kind_of_instance, np.arange(len(templates) + 1), sorter=by_kind).tolist()
+    by_kind, ends = _by_kind(most_used, shaded, mesh)
     for template, (first, end) in zip(templates, pairwise(ends), strict=True):
         _place_template(template, scene, axes, by_kind[first:end], vertex_offsets, triangle_offsets)
     for rest in _blocks(by_kind[ends[-1] :], np.diff(vertex_offsets)):
         _place_rest(placed, scene, shaded, axes, mesh, rest, vertex_offsets, triangle_offsets)
     return placed
+
+
+def repeated_values(values: Floats, shaded: ShadedMeshes, mesh: Ints, vertex_offsets: Ints) -> NDArray[np.float32]:
+    """[V, K] values of the vertices of every instance of a scene, equal to those of its mesh.
+
+    Args:
+        values: [W, K] values of the vertices of the meshes.
+        shaded: the unique meshes.
+        mesh: [I] the mesh of each instance, index into `shaded`.
+        vertex_offsets: [I + 1] offsets of the vertices of each instance.
+    """
+    single = values.astype(np.float32)
+    result = np.empty((vertex_offsets[-1], values.shape[1]), np.float32)
+    most_used = _most_used(shaded, mesh)
+    by_kind, ends = _by_kind(most_used, shaded, mesh)
+    for index, (first, end) in zip(most_used.tolist(), pairwise(ends), strict=True):
+        of_mesh = single[slice(*shaded.mesh_vertices[index : index + 2])]
+        _windows(result, len(of_mesh))[vertex_offsets.take(by_kind[first:end])] = _items(of_mesh.reshape(1, -1))
+    for rest in _blocks(by_kind[ends[-1] :], row_lengths(vertex_offsets)):
+        source, _ = take_rows(shaded.mesh_vertices, mesh[rest])
+        target, _ = take_rows(vertex_offsets, rest)
+        result[target] = single.take(source, axis=0)
+    return result
+
+
+def _by_kind(most_used: Ints, shaded: ShadedMeshes, mesh: Ints) -> tuple[Ints, list[int]]:
+    """Instances [I] by mesh, those of the most used ones [K] first, and the ends [K + 1] of these after a 0."""
+    kind = np.full(len(shaded.mesh_vertices) - 1, len(most_used), np.int8)
+    kind[most_used] = np.arange(len(most_used))
+    kind_of_instance = kind[mesh]
+    by_kind = np.argsort(kind_of_instance, kind="stable")
+    return by_kind, np.searchsorted(kind_of_instance, np.arange(len(most_used) + 1), sorter=by_kind).tolist()
 
 
 def _blocks(instances: Ints, num_vertices: Ints) -> Iterator[Ints]:
@@ -152,8 +180,9 @@ def _distinct(vectors: Floats) -> tuple[Floats, Ints]:
 
 
 def _windows(rows: NDArray[Any], width: int) -> NDArray[np.void]:
-    """Every `width` consecutive rows of an array [N, 3] of 32-bit numbers as one item, sharing its memory."""
-    return np.ndarray(max(len(rows) - width + 1, 0), f"V{12 * width}", buffer=rows, strides=(12,))
+    """Every `width` consecutive rows of an array [N, K] of 32-bit numbers as one item, sharing its memory."""
+    size = rows.strides[0]
+    return np.ndarray(max(len(rows) - width + 1, 0), f"V{size * width}", buffer=rows, strides=(size,))
 
 
 def _items(block: NDArray[Any]) -> NDArray[np.void]:

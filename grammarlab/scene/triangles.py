@@ -16,8 +16,8 @@ from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.materials import Materials
 from grammarlab.geometry.meshes.triangulate import triangulate
 from grammarlab.scene.instances import Scene, chosen, leaf_order, realize, require_finite, stable_order
-from grammarlab.scene.placement import place_instances
-from grammarlab.scene.shading import ShadedMeshes, shaded_meshes
+from grammarlab.scene.placement import place_instances, repeated_values
+from grammarlab.scene.shading import shaded_meshes
 
 CREASE_ANGLE = math.radians(30.0)
 """Largest angle between faces that are shaded as one curved surface: a cylinder of more than 12 sides is smooth."""
@@ -176,6 +176,9 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
     triangle_offsets = offsets_from_counts(np.diff(shaded.mesh_triangles)[mesh])
     placed = place_instances(scene, shaded, mesh, vertex_offsets, triangle_offsets)
 
+    def of_vertices(values: Floats | None) -> NDArray[np.float32] | None:
+        return None if values is None else repeated_values(values, shaded, mesh, vertex_offsets)
+
     ends = np.append(starts, len(scene))
     group_model = scene.model[starts]
     return TriangleBatch(
@@ -192,8 +195,8 @@ def triangles(scene: Scene, crease_angle: float = CREASE_ANGLE) -> TriangleBatch
         texture_map=_texture_map(scene, triangle_offsets),
         texture_maps=scene.texture_maps,
         origins=scene.origins,
-        coordinates=_of_vertices(shaded.coordinates, shaded, mesh),
-        corner_coordinates=_of_vertices(shaded.corner_coordinates, shaded, mesh),
+        coordinates=of_vertices(shaded.coordinates),
+        corner_coordinates=of_vertices(shaded.corner_coordinates),
         group_symbol=None if scene.labels is None else scene.labels.symbol[starts],
     )
 
@@ -259,14 +262,6 @@ def _texture_map(scene: Scene, triangle_offsets: Ints) -> NDArray[np.int32]:
     if len(scene.texture_maps) == 0:
         return np.broadcast_to(np.int32(-1), triangle_offsets[-1:])
     return scene.texture_map.repeat(np.diff(triangle_offsets))
-
-
-def _of_vertices(values: Floats | None, shaded: ShadedMeshes, mesh: Ints) -> NDArray[np.float32] | None:
-    """[V, 2] values of the vertices of instances of meshes [I], from those of the meshes; None if they have none."""
-    if values is None:
-        return None
-    source, _ = take_rows(shaded.mesh_vertices, mesh)
-    return values.astype(np.float32).take(source, axis=0)
 
 
 def _planar_coordinates(corners: NDArray[np.floating]) -> NDArray[np.float32]:

@@ -10,9 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from grammarlab.arrays import offsets_from_counts
 from grammarlab.errors import DerivationError
 from grammarlab.scene import Scene, TriangleBatch, placement, triangles
 from grammarlab.scene.instances import require_proper, scene_of_model
+from grammarlab.scene.shading import shaded_meshes
 from grammarlab.scene.triangles import count_triangles
 from tests.scene import brute_force
 from tests.scene.buildings import BOX, UPRIGHT, house, scene_of, street
@@ -134,6 +136,24 @@ def test_placing_mesh_by_mesh_equals_placing_by_gather_to_the_last_bit(crease_an
         blocks = triangles(scene, crease_angle)
     for name in ("triangles", "vertices", "normals"):
         assert getattr(columns, name).tobytes() == getattr(gather, name).tobytes() == getattr(blocks, name).tobytes()
+
+
+@few
+@given(recipes, st.integers(0, 5))
+def test_values_of_vertices_are_those_of_the_mesh_for_every_instance(recipe, num_templates):
+    scene = random_scene(*recipe)
+    shaded = shaded_meshes(scene, np.arange(len(scene.meshes)), 0.5)
+    values = np.random.default_rng(recipe[0]).normal(0, 1, (len(shaded.points), 2))
+    values[::3] = np.nan
+    mesh = scene.mesh.astype(np.int64)
+    offsets = offsets_from_counts(np.diff(shaded.mesh_vertices)[mesh])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(placement, "MANY_INSTANCES", 1)
+        patch.setattr(placement, "MOST_TEMPLATES", num_templates)
+        patch.setattr(placement, "REST_VERTICES", 20)
+        repeated = placement.repeated_values(values, shaded, mesh, offsets)
+    rows = [np.zeros(0, int), *(np.arange(*shaded.mesh_vertices[index : index + 2]) for index in mesh)]
+    assert repeated.tobytes() == values[np.concatenate(rows)].astype(np.float32).tobytes()
 
 
 def test_solids_keep_their_volume_so_nothing_is_inside_out():
