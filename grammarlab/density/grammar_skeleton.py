@@ -18,6 +18,7 @@ from grammarlab.derivation.expressions import VOCABULARY
 from grammarlab.derivation.forest import Forest
 from grammarlab.errors import UsageError
 from grammarlab.language.checking.percentages import probabilities
+from grammarlab.language.display_names import words_of_branches
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Branch, Successor, SymbolKey, number_branches
 from grammarlab.language.syntax.syntax_tree import Case, Choice, Stochastic
@@ -75,6 +76,8 @@ class TreeGrammar:
     """Choices of each rule."""
     sample_counts: Mapping[tuple[SymbolKey, Branch], int] = field(default_factory=dict)
     """Counts of each alternative in the sample that determined the copies; empty without a sample."""
+    grammar: Grammar | None = field(default=None, compare=False, repr=False)
+    """The grammar of the text; None for a skeleton without one."""
 
     @classmethod
     def of(cls, grammar: Grammar, start_rule: str | None = None) -> TreeGrammar:
@@ -93,7 +96,8 @@ class TreeGrammar:
             raise UsageError(f"unknown start rule {start or '(none)'}: expected a rule without parameters")
         branches = number_branches(grammar, VOCABULARY)
         successors = {(branch.key, branch.branch): branch.successors for branch in branches}
-        return cls((start, 0), {key: _body(key, rule.body, (), successors) for key, rule in grammar.rules.items()})
+        bodies = {key: _body(key, rule.body, (), successors) for key, rule in grammar.rules.items()}
+        return cls((start, 0), bodies, grammar=grammar)
 
     def body(self, key: SymbolKey) -> Body:
         """Choices of a symbol."""
@@ -102,6 +106,16 @@ class TreeGrammar:
     def alternatives(self, key: SymbolKey) -> Iterator[Alternative]:
         """All alternatives of a symbol."""
         yield from leaves(self.body(key))
+
+    @cached_property
+    def words(self) -> Mapping[tuple[SymbolKey, Branch], str]:
+        """What an alternative alone says, such as a colour or a text between quotes, for those that say something."""
+        words: dict[tuple[SymbolKey, Branch], str] = {}
+        for key, rule in self.grammar.rules.items() if self.grammar else ():
+            names = words_of_branches(rule.body, frozenset(self.grammar.attributes)) if self.grammar else []
+            branches = [alternative.branch for alternative in self.alternatives(key) if alternative.branch is not None]
+            words |= {(key, branch): word for branch, word in zip(branches, names, strict=True) if word}
+        return words
 
     @cached_property
     def reachable(self) -> tuple[SymbolKey, ...]:

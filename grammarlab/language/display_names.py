@@ -208,18 +208,29 @@ def _successors(rule: Rule) -> Iterator[str]:
     return (node.name for node in walk(rule.body) if isinstance(node, Invoke))
 
 
-def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[str, str]]:
-    """Line, and percentage if no other branch has it, of each branch of a rule that alone says something: a word."""
+def words_of_branches(body: Choice, attributes: frozenset[str]) -> list[str]:
+    """A word for each branch of a rule that alone says something, empty for others.
+
+    Args:
+        body: the choices of the rule.
+        attributes: the attributes and functions that a branch may read.
+    """
     leaves = list(alternatives(body))
-    if len(leaves) < 2:
-        return
     words = [""] * len(leaves)
+    if len(leaves) < 2:
+        return words
     for sayings in (_texts, _calls, partial(_attributes, attributes)):
         said = [list(dict.fromkeys(sayings(leaf))) for leaf in leaves]
         counts = Counter(saying for each in said for saying in each)
         own = [[saying for saying in each if counts[saying] == 1] for each in said]
         new = _distinct([_common(each) if isinstance(sayings, partial) else "".join(each[:1]) for each in own])
         words = [word or other for word, other in zip(words, new, strict=True)]
+    return words
+
+
+def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[str, str]]:
+    """Line, and percentage if no other branch has it, of each branch of a rule that alone says something: a word."""
+    leaves, words = list(alternatives(body)), words_of_branches(body, attributes)
     keys = [f"line {leaf.location.line}" for leaf in leaves]
     if isinstance(body, Stochastic) and len(body.branches) == len(leaves):
         known = [share.value if isinstance(share, Number) else 0.0 for share in body.percentages]

@@ -194,7 +194,12 @@ class _Surgery:
         text = "\n\n".join(writer.copy(copy, marked) for copy in copies)
         # Several rules are separated from the following text by an empty line, as from each other.
         crowded = len(copies) > 1 and self.text[end:].strip() and self.text[end : end + 2] != "\n\n"
-        return start, end, text + ("\n" if crowded else "")
+        # A comment above a rule is not read as one about the rule before it.
+        line = self.line_starts[bisect_right(self.line_starts, start) - 1]
+        below = (
+            copies[0].comment and start == line and self.text[:start].strip() and self.text[start - 2 : start] != "\n\n"
+        )
+        return start, end, ("\n" if below else "") + text + ("\n" if crowded else "")
 
     def _value(self, number: int, value: str) -> tuple[int, int, str]:
         """Edit that changes the value of an attribute."""

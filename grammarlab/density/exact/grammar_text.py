@@ -252,8 +252,8 @@ class _GrammarWriter:
         variant = self.splitting.variants[number]
         inside = list(dict.fromkeys(self.name.get(p, self.start_name) for p in self.parents.get(number, ())))
         more = " and others" if len(inside) > MOST_NAMED else ""
-        where = f", in {', '.join(inside[:MOST_NAMED])}{more}" if inside else ""
-        return f"{variant.key[0]} {self.words.condition(variant)}{where}"
+        where = f" in {', '.join(inside[:MOST_NAMED])}{more}:" if inside else ""
+        return f"{variant.key[0]}{where} {self.words.condition(variant)}"
 
     def _unchanged(self, number: int) -> bool:
         variant = self.splitting.variants[number]

@@ -58,6 +58,8 @@ class InsideWeights:
             for weight, branch in zip(weights, body.branches, strict=True)
             if self._is_reached(variant.key, branch)
         ]
+        if not reached:
+            return 0.0  # cases inside one that no model of the sample reached
         if max(reached) - min(reached) > ROUNDING * max(reached):
             raise self._dependent(variant, body)
         return reached[0]

@@ -3,24 +3,36 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints
-from grammarlab.density.exact.name_words import MOST_NAMED, counted, number_of, place, plural, shared, short
+from grammarlab.density.exact.name_words import (
+    MOST_NAMED,
+    counted,
+    joined,
+    number_of,
+    parts_of,
+    place,
+    plural,
+    shared,
+    short,
+)
 from grammarlab.density.exact.splitting import Splitting, Variant
 from grammarlab.density.exact.subtree_counts import Component, Deep, tops
 from grammarlab.density.exact.trimming import Ways
 from grammarlab.density.grammar_skeleton import Alternative, leaves
 from grammarlab.features.patterns.pattern import Pattern
-from grammarlab.language.numbering import SymbolKey
-from grammarlab.preference.base import NEGLIGIBLE_SHARE
+from grammarlab.language.numbering import Branch, SymbolKey
+from grammarlab.preference.base import LIKED_SHARE, NEGLIGIBLE_SHARE
 
 _MAX_LENGTH = 40
 """Characters of a suffix."""
+_DEGREES = {True: ("more", "mostly", "nearlyOnly"), False: ("fewer", "rarely", "hardlyAny")}
+"""Words for how much a part that occurs once or not is preferred, or avoided."""
 
 
 class AbstractNames(ABC):
@@ -105,13 +117,14 @@ class SplitNames(AbstractNames):
     def condition(self, variant: Variant) -> str:
         allowed = self._order(variant, variant.future > 0.0)
         refused = self._order(variant, variant.future <= 0.0)
-        even = bool((variant.future[allowed] == 1.0).all())
-        if len(allowed) <= MOST_NAMED:
-            states = [self._state(variant, i) + ("" if even else f" ({variant.future[i]:.3g})") for i in allowed]
-            return " or ".join(states) + ("" if even else ", in these proportions")
-        if even and len(refused) <= MOST_NAMED:
-            return "but not " + " or ".join(self._state(variant, i) for i in refused)
-        return f"of {len(allowed)} of {len(variant.future)} kinds" + ("" if even else ", in other proportions")
+        rarer = [state for state in allowed if variant.future[state] < 1.0]
+        if not rarer and len(allowed) <= MOST_NAMED:
+            return " or ".join(self._state(variant, state) for state in allowed)
+        if len(rarer) > MOST_NAMED or len(refused) > MOST_NAMED:
+            return f"of {len(allowed)} of {len(variant.future)} kinds" + (", with other percentages" if rarer else "")
+        ratios = [f"{variant.future[state]:.2g} times as often {self._state(variant, state)}" for state in rarer]
+        never = f"never {' or '.join(self._state(variant, state) for state in refused)}" if refused else ""
+        return ", ".join(filter(None, (*ratios, never)))
 
     def _order(self, variant: Variant, chosen: NDArray[np.bool_]) -> list[int]:
         """The chosen states; the state without counts comes last."""
@@ -124,7 +137,7 @@ class SplitNames(AbstractNames):
     def _by_branches(self, variant: Variant, ways: Ways) -> str:
         """The branches of its rule, if these are few, or the only one that it lacks."""
         alternatives = [a for a in self._components.tree.alternatives(variant.key) if a.branch is not None]
-        words = _branch_words(variant.key[0], alternatives)
+        words = _branch_words(variant.key, alternatives, self._components.tree.words)
         is_kept = [bool(ways.get(alternative.branch)) for alternative in alternatives]
         present = [word for word, kept in zip(words, is_kept, strict=True) if kept]
         absent = [word for word, kept in zip(words, is_kept, strict=True) if not kept]
@@ -147,15 +160,19 @@ class SplitNames(AbstractNames):
         return "_".join(words)
 
     def _by_weights(self, variant: Variant) -> str:
-        """The part whose number is most preferred, or avoided."""
+        """The part whose number is most preferred, or avoided, and how much."""
         strongest: tuple[float, str] = NEGLIGIBLE_SHARE, "weighted"
         for component, column in self._columns(variant):
             strength = float(np.corrcoef(variant.future, column)[0, 1]) if np.ptp(variant.future) > 0.0 else 0.0
             word = self._word(component, variant.key[0])
+            is_liked = strength > 0.0
             if column.max() == 1:
-                text = f"{'mostly' if strength > 0.0 else 'rarely'}_{word}"
+                more, less = (
+                    float(variant.future[column == count].max(initial=0.0)) for count in (is_liked, not is_liked)
+                )
+                text = f"{_DEGREES[is_liked][_degree(less / more)]}_{word}"
             else:
-                text = f"{'more' if strength > 0.0 else 'fewer'}_{plural(word)}"
+                text = f"{'more' if is_liked else 'fewer'}_{plural(word)}"
             if abs(strength) > strongest[0] + 1e-9:
                 strongest = abs(strength), text
         return strongest[1]
@@ -199,13 +216,24 @@ class SplitNames(AbstractNames):
         is_branch = bool(pattern.branch) and named in (pattern.symbol, "part")
         if not is_branch:
             return word
+        if said := self._said(pattern):
+            return joined(parts_of(said))
         which = place(pattern.branch or ())
         return which if named == symbol else f"{which}{word[:1].upper()}{word[1:]}"
+
+    def _said(self, pattern: Pattern) -> str:
+        """What the branch of a pattern of one node alone says; empty if this is no word for a name."""
+        tree = self._components.tree
+        words = {
+            word for (key, branch), word in tree.words.items() if (key[0], branch) == (pattern.symbol, pattern.branch)
+        }
+        word = words.pop() if len(words) == 1 else ""
+        return word if word[:1].isalpha() else ""
 
     def _state(self, variant: Variant, state: int) -> str:
         """Description of a state."""
         texts = [
-            self._text(component) if count == 1 else f"{count} x {self._text(component)}"
+            self._text(component) if count == 1 else f"{count} {self._text(component)}"
             for component, count in self._counts(variant, state)
         ]
         if texts:
@@ -215,11 +243,25 @@ class SplitNames(AbstractNames):
         return "without " + " or ".join(absent[:MOST_NAMED]) + more
 
     def _counts(self, variant: Variant, state: int) -> Iterator[tuple[Component, int]]:
-        """The components that are above zero in a state, without those that are the same in all states."""
+        """The components that are above zero in a state, without those that are the same in all states.
+
+        Of several that are equal in all states the first one about a symbol with a rule is enough.
+        """
+        states = self._splitting.automaton.states[variant.key]
+        ruled = {key[0] for key in self._components.tree.bodies}
+        varying = sorted(self._varying(variant).items(), key=lambda item: self._named_by(item[0]) not in ruled)
+        first: dict[bytes, int] = {}
+        for i, column in varying:
+            first.setdefault(states[:, column].tobytes(), i)
         for i, column in self._varying(variant).items():
-            count = int(self._splitting.automaton.states[variant.key][state, column])
-            if count:
+            count = int(states[state, column])
+            if count and i in first.values():
                 yield self._components.all[i], count
+
+    def _named_by(self, component: int) -> str:
+        """The symbol that a component is about; empty for one of several nodes."""
+        found = self._components.all[component]
+        return "" if isinstance(found, Deep) else self._named(tops(found)[0])
 
     def _varying(self, variant: Variant) -> dict[int, int]:
         """The components that differ between states, and their columns."""
@@ -241,7 +283,8 @@ class SplitNames(AbstractNames):
         """Text of a pattern; a single branch is named after the symbol it makes."""
         if pattern.below or not pattern.branch or pattern.symbol is None:
             return str(pattern)
-        return self._unique_successor(pattern) or str(pattern)
+        said = self._said(pattern)
+        return self._unique_successor(pattern) or (f"{pattern.symbol} {said}" if said else str(pattern))
 
     def _unique_successor(self, pattern: Pattern) -> str:
         """The symbol that only this branch of a rule makes; empty if there is none."""
@@ -255,8 +298,20 @@ class SplitNames(AbstractNames):
         return unique[0] if len(unique) == 1 else ""
 
 
-def _branch_words(symbol: str, alternatives: Sequence[Alternative]) -> list[str]:
-    """[n] a word for each branch of a rule: what only it makes, or how many of it, or else which branch it is."""
+def _degree(ratio: float) -> int:
+    """How much rarer designs of a ratio to the others are: 0 if they are still liked beside these, 2 if hardly any is.
+
+    >>> _degree(0.5), _degree(0.25), _degree(0.05), _degree(0.0)
+    (0, 1, 2, 2)
+    """
+    return int(ratio <= LIKED_SHARE) + int(ratio <= LIKED_SHARE**2)
+
+
+def _branch_words(
+    key: SymbolKey, alternatives: Sequence[Alternative], said: Mapping[tuple[SymbolKey, Branch], str]
+) -> list[str]:
+    """[n] a word for each branch of a rule: what only it makes or says, how much, or else which branch it is."""
+    symbol = key[0]
     made = [
         {s.key[0]: sum(o.copies or 1 for o in a.successors if o.key == s.key) for s in a.successors}
         for a in alternatives
@@ -271,5 +326,8 @@ def _branch_words(symbol: str, alternatives: Sequence[Alternative]) -> list[str]
         elif counts:
             words.append(number_of(short(counts[0], symbol), own[counts[0]]))
         else:
-            words.append(place(alternatives[number].branch or ()) if own else "nothing")
+            branch = alternatives[number].branch or ()
+            word = said.get((key, branch), "")
+            which = joined(parts_of(word)) if word[:1].isalpha() else place(branch)
+            words.append(which if own or word else "nothing")
     return words

@@ -18,7 +18,7 @@ from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.explanation import Words, words_of
 from grammarlab.learning.targets.unknown_part import knowledge_of, voices_of
-from grammarlab.preference.base import MAX_SCORE, NUM_LEVELS, AbstractPreference, Relevance
+from grammarlab.preference.base import MAX_SCORE, NUM_LEVELS, SCORE_STEP, AbstractPreference, Relevance
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.held_out_share import NUM_FOLDS
 from grammarlab.preference.regression_tree import MAX_CODES, Split, grow, leaves_of, means_of, round_between
@@ -283,8 +283,16 @@ class _Path:
             near = self.distance(replace(exact, scores=drawn_to_levels(exact.scores, masses, middle))) <= bound
             low, high = (low, middle) if near else (middle + 1, high)
         few = replace(exact, scores=drawn_to_levels(exact.scores, masses, low))
-        none = replace(few, scores=np.where(few.scores == few.scores.min(), 0.0, few.scores))
-        return none if none.scores.any() and self.distance(none) <= bound else few
+        # Nobody means a difference as small as that of the first ones, so a file needs no rare branches for it.
+        is_negligible = few.scores < few.scores.max() * SCORE_STEP / MAX_SCORE
+        for is_disliked, most in (
+            (is_negligible, max(bound, _TREE_TOLERANCE)),
+            (few.scores == few.scores.min(), bound),
+        ):
+            none = replace(few, scores=np.where(is_disliked, 0.0, few.scores))
+            if none.scores.any() and self.distance(none) <= most:
+                few = none
+        return few
 
 
 def _factor(

@@ -69,6 +69,31 @@ def test_preferences_of_what_is_all_possible_name_a_symbol():
     assert names == {"House_mostly_roofHip", "Roof_mostly_hip"}
 
 
+def test_what_a_branch_says_names_a_symbol():
+    text = """@StartRule
+    Street --> House [ t(9, 0, 0) House ]
+    House --> 50% : Walls("plain trim") 30% : Walls("plain") else : Walls("#FFFFFF")
+    Walls(kind) --> extrude(3)
+    """
+    found = learned(["Street[House@0:0]", "Street[House@1:2]"], lambda v: 1.0 * (v[:, 0] > 0) * (v[:, 1] == 0), text)
+    assert {name for name, _ in new_names(found.text, text)} == {"House_plainTrim", "House_not_white"}
+    assert "// House in Street: with House plain trim\n" in found.text
+
+
+@pytest.mark.parametrize(
+    ("ratio", "words"), [(0.5, {"more", "fewer"}), (0.1, {"mostly", "rarely"}), (0.01, {"nearlyOnly", "hardlyAny"})]
+)
+def test_the_degree_of_a_preference_is_in_the_name(ratio, words):
+    for is_liked in (True, False):
+        names = names_of(
+            ["Street[House@0 >> RoofHip]", "Street[House@1 >> RoofHip]"],
+            lambda v, is_liked=is_liked: np.where((v[:, 0] > 0) == is_liked, 1.0, ratio),
+        )
+        (name,) = (name for name in names if name.startswith("House_"))
+        assert name.split("_")[1] in words
+        assert (name.split("_")[1] in {"more", "mostly", "nearlyOnly"}) == is_liked
+
+
 ODD = ("日本Wall", "Ünder_Öl", "_", "__", "case_", "A" * 200, "A" * 199 + "B", "İx", "attr1", "House_no_x", "NILs")
 NAMES = ("House", "Storey", "Roof", "RoofFlat", "RoofHip", "RoofGable", "Shed", "StoreyBrick")
 READS = ("Street[House@0 > Storey]", "Street[House@1 > Shed]", "Street[House@0 >> RoofHip]")

@@ -47,10 +47,10 @@ def test_a_split_symbol_is_a_renamed_rule_with_its_condition_above_it():
     learned = learn(HOUSE, ["House:1 > Facade@1 >> Window"], lambda v: v[:, 0])
     assert "Facade(5) Facade_window(3)" in learned.text
     assert (
-        "// Facade with Facade >> Window, in House\nFacade_window(n) -->\n    case n > 4 : Wide_window(n)"
+        "// Facade in House: with Facade >> Window\nFacade_window(n) -->\n    case n > 4 : Wide_window(n)"
         in learned.text
     )
-    assert "// Wide with Window, in Facade_window\nWide_window(n) --> extrude(n) Window\n" in learned.text
+    assert "// Wide in Facade_window: with Window\nWide_window(n) --> extrude(n) Window\n" in learned.text
     assert "the usual kind" not in learned.text
 
 
@@ -127,3 +127,34 @@ def test_a_recursive_start_symbol_keeps_both_of_its_meanings():
     assert (count(forest, [parse("House:0")]) >= 2).all()
     assert learned.grammar.start_rule is not None
     assert learned.grammar.start_rule.name == learned.start[0]
+
+
+def test_cases_inside_one_that_no_model_reaches_stay_as_they_are():
+    text = """attr h = rand(3, 9)
+Lot --> extrude(h) House
+House -->
+    case scope.sy > 99 :
+        case scope.sx > 50 : Wide
+        else : 50% : Tall else : Slim
+    else : 50% : Low else : Flat
+"""
+    grammar = Grammar.parse(text)
+    found = compile_density(
+        grammar, [parse("Low")], lambda v: np.where(v[:, 0] > 0, 1.0, 0.0), forest=derive(grammar, 300, 1)
+    )
+    inner = "case scope.sx > 50 : Wide"
+    assert inner in found.text
+    assert (count(derive(found.grammar, 50, seed=2), [parse("Low")]) == 1).all()
+
+
+def test_a_comment_above_a_rule_is_apart_from_the_rule_before_it():
+    text = "Lot --> [ House ] House\nHouse --> Wall\nWall --> 50% : Brick else : Glass"
+    grammar = Grammar.parse(text)
+    reads = [parse("Lot[House@0 >> Brick]"), parse("Lot[House@1 >> Brick]")]
+    found = compile_density(
+        grammar, reads, lambda v: np.where(v[:, 0] > v[:, 1], 1.0, 0.0), forest=derive(grammar, 50, 1)
+    )
+    lines = found.text.splitlines()
+    comments = [number for number, line in enumerate(lines) if line.startswith("//") and number]
+    assert len(comments) >= 4
+    assert not any(lines[number - 1].strip() for number in comments)
