@@ -3,29 +3,23 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from grammarlab.cli.console import Library, friendly_errors, print_json, print_result, say, was_given
+from grammarlab.cli.fitted_table import print_table, print_text
 from grammarlab.cli.sample import complete_grammar, print_left_out, print_remarks
 from grammarlab.errors import UsageError
-from grammarlab.printable import printable
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from grammarlab.cli.rule_graph import RuleGraph
     from grammarlab.language.grammar import Grammar
     from grammarlab.language.syntax.syntax_tree import Attribute, Rule
     from grammarlab.runs.sample.shipped import RuleSource
 
-_WIDEST = 30
-"""Letters of a word that are in one line where the terminal has room for it."""
-_GAP = 2
-"""Blanks between two columns."""
 _OF_A_MODEL = {
     "seed": "--seed",
     "attributes": "--attr",
@@ -152,16 +146,12 @@ def _show_rules(source: RuleSource, graph: Path | None, as_json: bool) -> None:
     if as_json:
         print_json({"file": parsed.file, "counts": counts, "rules": rules, "attributes": free})
         return
-    from rich.console import Console
-    from rich.text import Text
-
-    console = Console()
-    totals = ", ".join(f"{name}: {count}" for name, count in counts.items())
-    console.print(Text(printable(f"{parsed.file}\n{totals}")))
+    print_result(parsed.file)
+    print_text(", ".join(f"{name}: {count}" for name, count in counts.items()))
     if rules:
-        console.print(_rule_table(rules, console.width))
+        _print_rules(rules)
     if free:
-        console.print(_attribute_table(free, console.width))
+        _print_attributes(free)
 
 
 def _require_model(context: typer.Context, free: Container[str] = ()) -> None:
@@ -230,51 +220,9 @@ def _attribute_rows(attributes: Iterable[Attribute]) -> list[dict[str, Any]]:
     return rows
 
 
-def _attribute_table(rows: list[dict[str, Any]], width: int) -> Table:
-    return _table("Attributes", {name.capitalize(): [row[name] for row in rows] for name in rows[0]}, width)
-
-
-def _table(title: str, columns: Mapping[str, Sequence[str | int]], width: int) -> Table:
-    """Table with cells by heading, at most so many letters wide, in which headings and numbers are whole."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-    from rich.text import Text
-
-    # No lines between columns, which leave names more room.
-    table = Table(
-        title=title, title_justify="left", box=SIMPLE_HEAD, show_edge=False, pad_edge=False, collapse_padding=True
-    )
-    texts = {heading: [printable(str(cell)) for cell in cells] for heading, cells in columns.items()}
-    numeric = [all(isinstance(cell, int) for cell in cells) for cells in columns.values()]
-    widths = _widths(texts, numeric, width - _GAP * (len(columns) - 1))
-    for heading, is_number, column_width in zip(columns, numeric, widths, strict=True):
-        table.add_column(heading, justify="right" if is_number else "left", overflow="fold", width=column_width)
-    for cells in zip(*texts.values(), strict=True):
-        table.add_row(*map(Text, cells))
-    return table
-
-
-def _widths(texts: Mapping[str, Sequence[str]], numeric: Sequence[bool], room: int) -> list[int]:
-    """Widths of columns in some room: whole cells if they fit, else whole words, else whole headings and numbers."""
-    from rich.cells import cell_len
-
-    whole = [max(map(cell_len, (heading, *cells))) for heading, cells in texts.items()]
-    words = [max((cell_len(word) for cell in cells for word in cell.split()), default=0) for cells in texts.values()]
-    least = [most if number else cell_len(heading) for heading, number, most in zip(texts, numeric, whole, strict=True)]
-    words = [max(low, min(word, _WIDEST)) for low, word in zip(least, words, strict=True)]
-    # Long cells take the room that words leave; where there is too little for words, shorter ones stay whole.
-    return _levelled(words, whole, room, whole) or _levelled(least, words, room, [1] * len(words)) or least
-
-
-def _levelled(least: Sequence[int], most: Sequence[int], room: int, weights: Sequence[int]) -> list[int]:
-    """The widest columns that are as their weights, or the nearest between their limits; none in too little room."""
-    largest = max(weights)
-    for level in range(room, -1, -1):
-        shares = (level * weight // largest for weight in weights)
-        widths = [min(max(share, low), high) for share, low, high in zip(shares, least, most, strict=True)]
-        if sum(widths) <= room:
-            return widths
-    return []
+def _print_attributes(rows: list[dict[str, Any]]) -> None:
+    columns = {name.capitalize(): [row[name] for row in rows] for name in rows[0]}
+    print_table("Attributes", columns, ("Attribute", "Group"))
 
 
 def _rule_rows(rules: Iterable[Rule], symbols: RuleGraph) -> list[dict[str, Any]]:
@@ -297,7 +245,7 @@ def _rule_rows(rules: Iterable[Rule], symbols: RuleGraph) -> list[dict[str, Any]
     return rows
 
 
-def _rule_table(rows: list[dict[str, Any]], width: int) -> Table:
+def _print_rules(rows: list[dict[str, Any]]) -> None:
     columns = {
         "Rule": [_called(row) for row in rows],
         "Branches": [row["branches"] for row in rows],
@@ -305,7 +253,7 @@ def _rule_table(rows: list[dict[str, Any]], width: int) -> Table:
         "Leads to": [", ".join(row["leads to"]) for row in rows],
         "Line": [row["line"] for row in rows],
     }
-    return _table("Rules", columns, width)
+    print_table("Rules", columns, ("Rule", "Leads to"))
 
 
 def _called(row: dict[str, Any]) -> str:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grammarlab.cli.console import print_json, print_result
-from grammarlab.printable import printable
+from grammarlab.cli.fitted_table import print_table, print_text
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from grammarlab.runs.sample.shipped import RuleSource
 
 
@@ -23,36 +21,31 @@ def show_species(source: RuleSource, as_json: bool, everything: bool) -> None:
         as_json: whether to print one JSON object.
         everything: whether to list parameters with their default value.
     """
-    from rich.console import Console
-    from rich.text import Text
-
     from grammarlab.runs.sample.species_overview import species_values
 
     values = species_values(source)
     if as_json:
         print_json(values)
         return
-    console = Console()
-    console.print(Text(printable(f"{source.path}\n{values['about']}".rstrip())))
+    print_result(source.path)
+    print_text(values["about"])
     entries = [entry for entry in values["parameters"] if everything or _is_special(entry)]
     num_hidden = len(values["parameters"]) - len(entries)
-    rows = ((e["name"], *_cells(e), e["unit"], e["why"] or e["meaning"]) for e in entries)
-    console.print(_table("Parameters", ("Parameter", "Value", "Range", "±", "Unit", "Why"), rows))
+    rows = [(e["name"], *_cells(e), e["unit"], e["why"] or e["meaning"]) for e in entries]
+    _print("Parameters", ("Parameter", "Value", "Range", "±", "Unit", "Why"), rows)
     if num_hidden:
-        console.print(f"{num_hidden} more have their default value; --all lists them")
+        print_result(f"{num_hidden} more have their default value; --all lists them")
     if len(values["kinds"]) > 1:
-        kinds = ((f"{kind['weight']:.3g}", kind["means"], _ranges(kind["ranges"])) for kind in values["kinds"])
-        console.print(_table("Kinds", ("Weight", "Means", "Ranges"), kinds))
+        kinds = [(f"{kind['weight']:.3g}", kind["means"], _ranges(kind["ranges"])) for kind in values["kinds"]]
+        _print("Kinds", ("Weight", "Means", "Ranges"), kinds)
     if values["acceptance"]:
-        console.print(Text(printable(f"acceptance: {values['acceptance']}")))
+        print_text(f"acceptance: {values['acceptance']}")
 
 
 def show_tree(
     argument: str, model: int, seed: int, attributes: Sequence[str], assets: Path | None, as_json: bool
 ) -> None:
     """Print the parameters and measures of one tree; see `grammarlab.runs.sample.species_overview.tree_values`."""
-    from rich.console import Console
-
     from grammarlab.runs.sample.species_overview import tree_values
     from grammarlab.trees.measures import MEASURES
     from grammarlab.trees.parameters import DEFAULTS, PARAMETERS, SPREAD
@@ -68,15 +61,14 @@ def show_tree(
     )
     if values["tries"] > 1:
         print_result(f"candidate {values['tries']:,}; the acceptance rule kept none of those before")
-    console = Console()
-    rows = (
+    rows = [
         (name, f"{value:.6g}", PARAMETERS[name if name in PARAMETERS else name.removesuffix(SPREAD)].unit)
         for (name, value), default in zip(values["parameters"].items(), DEFAULTS.tolist(), strict=True)
         if value != default
-    )
-    console.print(_table("Parameters", ("Parameter", "Value", "Unit"), rows))
-    measures = ((name, _measured(values["measures"][name]), m.unit, m.why) for name, m in MEASURES.items())
-    console.print(_table("Measures", ("Measure", "Value", "Unit", "Meaning"), measures))
+    ]
+    _print("Parameters", ("Parameter", "Value", "Unit"), rows)
+    measures = [(name, _measured(values["measures"][name]), m.unit, m.why) for name, m in MEASURES.items()]
+    _print("Measures", ("Measure", "Value", "Unit", "Meaning"), measures)
 
 
 def _is_special(entry: dict[str, Any]) -> bool:
@@ -103,13 +95,9 @@ def _ranges(ranges: dict[str, list[float]]) -> str:
     return ", ".join(f"{name} {_range(ends) or f'{ends[0]:.6g}'}" for name, ends in ranges.items())
 
 
-def _table(title: str, headings: Iterable[str], rows: Iterable[Sequence[str]]) -> Table:
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(title=title, title_justify="left")
-    for number, heading in enumerate(headings):
-        table.add_column(heading, overflow="fold", no_wrap=number == 0)  # names are copied
-    for row in rows:
-        table.add_row(*(Text(printable(cell)) for cell in row))
-    return table
+def _print(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table in which the parameters of a species are whole, since they are copied."""
+    columns = {heading: [row[number] for row in rows] for number, heading in enumerate(headings)}
+    print_table(
+        title, columns, {"Parameter", "Measure", "Value", "Range", "±", "Unit", "Ranges"}.intersection(headings)
+    )

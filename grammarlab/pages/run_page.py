@@ -93,7 +93,7 @@ def run_page(folders: Sequence[Path], max_bytes: int = MAX_BYTES, *, sent: bool 
         name = f"{request.name}, seed {request.seed}"
         runs.append({"name": name, **_examples(folder, sent), "models": models, "leftOut": missing})
     if len({run["name"] for run in runs}) < len(runs):
-        names = [_name(folder) for folder in folders]
+        names = _different_names(folders, sent)
         runs = [{**run, "name": f"{run['name']}, in {folder}"} for run, folder in zip(runs, names, strict=True)]
     text = json.dumps(runs, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
     built = STATIC / "view"
@@ -114,6 +114,16 @@ def _examples(folder: Path, sent: bool) -> dict[str, str]:
 
 def _name(folder: Path) -> str:
     return folder.resolve().name
+
+
+def _different_names(folders: Sequence[Path], sent: bool) -> list[str]:
+    """Names of folders with as much of their paths as tells them apart, or a number where paths do not or may not."""
+    parts = [folder.resolve().parts for folder in folders]
+    for length in range(1, 2 if sent else max(map(len, parts)) + 1):
+        names = ["/".join(part[-length:]) for part in parts]
+        if len(set(names)) == len(names):
+            return names
+    return [f"{_name(folder)} ({number})" for number, folder in enumerate(folders, 1)]
 
 
 def _within(models: Iterator[dict[str, Any]], max_bytes: int) -> list[dict[str, Any]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 from pathlib import Path
 from shutil import copytree
@@ -13,7 +14,7 @@ import pytest
 from playwright.sync_api import expect
 
 from grammarlab.errors import AssetError
-from grammarlab.pages.run_page import run_page
+from grammarlab.pages.run_page import RunPage, run_page
 from grammarlab.runs.sample.request import SampleRequest
 from grammarlab.runs.sample.run import sample_run
 from tests.browser.accessible import expect_accessible
@@ -87,6 +88,22 @@ def test_two_runs_are_walked_with_mouse_and_keys(windows: Any, runs: list[Path],
     expect(page.get_by_role("button", name="Turn")).to_have_attribute("aria-pressed", "true")
     page.set_viewport_size({"width": 400, "height": 700})
     assert page.evaluate("document.documentElement.scrollWidth") <= 400
+
+
+def test_runs_of_one_name_have_names_of_their_own(runs: list[Path], tmp_path: Path):
+    a, b, c = (copytree(runs[0], tmp_path / name / "run") for name in "abc")
+    c = c.rename(c.with_name("walk"))
+    assert names_of(run_page([a, b])) == ["house, seed 0, in a/run", "house, seed 0, in b/run"]
+    assert names_of(run_page([a, c])) == ["house, seed 0, in run", "house, seed 0, in walk"]
+    # Paths are not sent.
+    for page in (run_page([a, b], sent=True), run_page([a, a])):
+        assert names_of(page) == ["house, seed 0, in run (1)", "house, seed 0, in run (2)"]
+
+
+def names_of(page: RunPage) -> list[str]:
+    data = re.search(r'<script type="application/json" id="runs">(.*?)</script>', page.content, re.DOTALL)
+    assert data
+    return [run["name"] for run in json.loads(data[1])]
 
 
 def test_a_page_has_a_largest_size_and_says_what_is_left_out(runs: list[Path]):

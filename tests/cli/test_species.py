@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from grammarlab.runs.sample.shipped import shipped_species
 from grammarlab.trees.measures import MEASURES
 from grammarlab.trees.parameters import PARAMETERS
 from grammarlab.trees.species_file import parse, write
-from tests.cases import takes_turns
+from tests.cases import some, takes_turns
 from tests.trees.small_species import SMALL
 
 
@@ -131,8 +132,8 @@ def test_trees_of_a_billion_stems_are_refused(run, species, tmp_path):
 def test_show_lists_parameters_with_unit_range_and_reason(run, species, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     text = run("show", species).stdout
-    line = next(line for line in text.splitlines() if " scale " in line)
-    assert [cell.strip() for cell in line.strip("│ ").split("│")] == ["scale", "5", "3 to 8", "", "m", "it is small"]
+    line = next(line for line in text.splitlines() if line.startswith("scale "))
+    assert re.split(" {2,}", line.strip()) == ["scale", "5", "3 to 8", "m", "it is small"]
     assert "leaf_bend" not in text
     assert all(name in run("show", species, "--all").stdout for name in PARAMETERS)
     values = json.loads(run("show", species, "--json").stdout)
@@ -243,3 +244,15 @@ def test_completion_knows_species():
     names = {source.name for source in shipped_species()}
     assert names <= set(complete_grammar(""))
     assert complete_grammar("bir") == ["birch"]
+
+
+@pytest.mark.parametrize("name", some([source.name for source in shipped_species()]))
+def test_words_of_species_are_whole_in_80_columns(run, name, monkeypatch):
+    for options in ((), ("--all",), ("--model", 2)):
+        texts = []
+        for columns in (80, 400):
+            monkeypatch.setenv("COLUMNS", str(columns))
+            texts.append(run("show", name, *options).stdout.splitlines()[1:])
+        assert max(map(len, texts[0])) <= 80
+        narrow, wide = ("\n".join(text).replace("─", "").split() for text in texts)
+        assert sorted(narrow) == sorted(wide)
