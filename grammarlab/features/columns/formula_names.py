@@ -86,6 +86,8 @@ _FORMS: Mapping[str, str] = {
     "choose": "choice by {}",
     "count": "number of these: {}",
 }
+_LIST = "of"
+"""Operation of words that would be read together with those beside them: ``smallest of a and b``."""
 _NEGATED: Mapping[str, str] = {"+": "-", "-": "+"}
 _PRODUCTS = ("*", "/", "%")
 _NUMBERS = (
@@ -161,7 +163,7 @@ class _Writer:
             return _Words(self.names[step.feature])
         phrase = self._place(step) or self._of_pairs(step, earlier) or self._of_kinds(step) or self._use(step, earlier)
         if phrase:
-            return _Words(phrase)
+            return _Words(phrase, _LIST if " and " in phrase or " or " in phrase else "")
         if compared := self._comparison(step):
             return _Words(compared, ">")
         if table := self._table(step):
@@ -169,19 +171,18 @@ class _Writer:
         operands = [earlier[index] for index in step.operands]
         if step.operation in _SIGNS:
             return _Words(_joined(step.operation, *operands), step.operation)
+        texts = [_listable(operand) for operand in operands]
         if step.operation == "followed":
-            first, second, *elements = (operand.text for operand in operands)
-            return _Words(f"alternative {first} followed by {second} among {_listed(elements)}")
+            first, second, *elements = texts
+            return _Words(f"alternative {first} followed by {second} among {_listed(elements)}", _LIST)
         if step.operation == "ascending" and (order := self._order(self.steps[step.operands[0]])):
-            return _Words(f"{_listed([operand.text for operand in operands])} never fall in the order {order}")
+            return _Words(f"{_listed(texts)} never fall in the order {order}", _LIST)
         if step.operation in _FORMS:
-            texts = [operand.text for operand in operands]
             things = [text.replace("number of ", "") for text in texts] if step.operation == "count" else texts
-            return _Words(_FORMS[step.operation].format(_listed(things)))
-        first = operands[0]
+            return _Words(_FORMS[step.operation].format(_listed(things)), _LIST)
         if step.operation == "not":
-            return _Words(f"not ({first.text})" if first.operation in ("+", "and", "or") else f"not {first.text}")
-        return _Words(f"{step.operation} of {first.text}")
+            return _Words(f"not ({operands[0].text})" if operands[0].operation == "+" else f"not {texts[0]}", _LIST)
+        return _Words(f"{step.operation} of {texts[0]}", _LIST)
 
     def subject(self) -> str:
         """What the formula is about."""
@@ -378,7 +379,7 @@ def _joined(operation: str, first: _Words, second: _Words) -> str:
 
     def inside(words: _Words, is_last: bool) -> str:
         binds_less = words.operation and words.operation not in _PRODUCTS
-        same = words.operation == operation and operation not in {"-", "/", "%"}
+        same = words.operation == operation and operation in {"+", "*", "and", "or"}
         same |= operation in {"+", "-"} and words.operation in {"+", "-"} and not (is_last and operation == "-")
         same |= not is_last and operation == "/" and words.operation == "*"
         needs = bool(words.operation) and not same and (binds_less or operation in {"*", "/", "%"})
@@ -387,6 +388,16 @@ def _joined(operation: str, first: _Words, second: _Words) -> str:
     if operation in _NEGATED and second.text.startswith("-") and _begins_negative(second, operation):
         operation, second = _NEGATED[operation], _Words(second.text.removeprefix("-"))
     return f"{inside(first, False)}{_SIGNS[operation]}{inside(second, True)}"
+
+
+def _listable(words: _Words) -> str:
+    """Words as one element of a list: in parentheses if they are a list themselves.
+
+    >>> _listable(_Words("a and b", "and")), _listable(_Words("a + b", "+"))
+    ('(a and b)', 'a + b')
+    """
+    is_list = bool(words.operation) and any(separator in words.text for separator in (" and ", " or ", ", "))
+    return f"({words.text})" if is_list else words.text
 
 
 def _begins_negative(words: _Words, operation: str) -> bool:

@@ -14,19 +14,26 @@ import grammarlab as gl
 from grammarlab.arrays import Floats
 from grammarlab.derivation.derive import derive
 from grammarlab.features.columns.column_names import FeatureNames
-from grammarlab.features.columns.formula_names import MAX_LENGTH, ONE_OF, formula_words, unit_of
+from grammarlab.features.columns.formula_names import (
+    COMBINATION,
+    MAX_LENGTH,
+    ONE_OF,
+    RELATION,
+    formula_words,
+    unit_of,
+)
 from grammarlab.features.columns.vocabulary import Options, extract
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.node_labels import NodeLabels
 from grammarlab.features.patterns.operations import evaluate
-from grammarlab.features.patterns.pattern import Atom, Formula, Pattern
+from grammarlab.features.patterns.pattern import Atom, Draw, Formula, Pattern, Threshold
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.dimensions import UNKNOWN
 from grammarlab.language.grammar import Grammar
 from grammarlab.learning.chosen_candidates import chosen_candidates
 from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.settings import FeatureOptions
-from tests.cases import takes_turns
+from tests.cases import some, takes_turns
 
 ALIKE, BOTH = "({*[A:0 + A:0]} + {*[A:1 + A:1]})", "{*[A:* + A:*]}"
 RAW = re.compile(r"[@$*{}\[\]]|>|\w:[\d*]")
@@ -291,3 +298,101 @@ def test_names_that_are_too_long_are_cut():
 def test_units_of_formulas_are_those_of_what_they_read(text, unit):
     units = {"h": "m", "w": "m", "pitch": "°", "share": ""}
     assert unit_of(Expression.parse(text).formula, lambda name: units.get(name, UNKNOWN)) == unit
+
+
+class Reader:
+    """Reads words as a person does: products before sums, these before comparisons, ``not``, ``and`` and ``or``.
+
+    What begins with ``not``, ``smallest of`` or ``abs of`` goes on as far as it can, up to a parenthesis.
+    """
+
+    LEVELS = (
+        ((" or ", "or"),),
+        ((" and ", "and"),),
+        (
+            *((" at most ", "<="), (" at least ", ">="), (" below ", "<"), (" above ", ">")),
+            *((" equal to ", "=="), (" not equal to ", "!=")),
+        ),
+        ((" + ", "+"), (" − ", "-")),
+        ((" · ", "*"), (" over ", "/"), (" modulo ", "%")),
+    )
+
+    def __init__(self, text: str, in_list: bool = False) -> None:
+        self.text, self.in_list = text, in_list
+
+    def level(self, number: int = 0) -> str:
+        if number == len(self.LEVELS):
+            return self.atom()
+        value = self.level(number + 1)
+        while sign := next(((word, sign) for word, sign in self.LEVELS[number] if self.text.startswith(word)), None):
+            if self.in_list and sign[1] in ("and", "or"):
+                break
+            self.text = self.text.removeprefix(sign[0])
+            value = f"({value} {sign[1]} {self.level(number + 1)})"
+        return value
+
+    def atom(self) -> str:
+        for word, operation in (("smallest of ", "min"), ("largest of ", "max"), ("abs of ", "abs"), ("not ", "not")):
+            if self.text.startswith(word):
+                self.text = self.text.removeprefix(word)
+                if operation == "abs":
+                    inner = Reader(self.text, in_list=True)
+                    value, self.text = inner.level(), inner.text
+                    return f"abs({value})"
+                return f"(not {self.level(2)})" if operation == "not" else f"{operation}({self.elements()})"
+        if self.text.startswith("("):
+            inner = Reader(self.text[1:])
+            value = inner.level()
+            assert inner.text.startswith(")"), inner.text
+            self.text = inner.text[1:]
+            return f"({value})"
+        found = re.match(r"-?[\d.,]*\d|[a-e]", self.text)
+        assert found, self.text
+        self.text = self.text[found.end() :]
+        return found[0] if found[0] not in "abcde" else f"${found[0]}"
+
+    def elements(self) -> str:
+        inner = Reader(self.text, in_list=True)
+        values = [inner.level()]
+        while separator := next((each for each in (", ", " and ") if inner.text.startswith(each)), ""):
+            inner.text = inner.text.removeprefix(separator)
+            values.append(inner.level())
+        self.text = inner.text
+        return ", ".join(values)
+
+
+def some_formula(randomness: random.Random, depth: int) -> str:
+    if depth == 0:
+        return randomness.choice(["$a", "$b", "$c", "$d", "$e", "2", "3"])
+    inner = [some_formula(randomness, randomness.randrange(depth)) for _ in range(3)]
+    if randomness.random() < 0.3:
+        return randomness.choice(["min({0}, {1})", "max({0}, {1}, {2})", "abs({0})", "not ({0})"]).format(*inner)
+    sign = randomness.choice(["+", "-", "*", "/", "%", "<", ">=", "==", "and", "or"])
+    return f"(({inner[0]}) {sign} ({inner[1]}))"
+
+
+@pytest.mark.parametrize("seed", some(range(300)))
+def test_words_of_a_formula_are_read_as_the_formula(seed):
+    """Random formulas in words, read by what a person knows of signs, have the values of the formulas."""
+    randomness = random.Random(seed)
+    formula = Expression.parse(some_formula(randomness, 4)).formula
+    words = formula_words(formula, FeatureNames())
+    if words.startswith((RELATION, COMBINATION)):
+        return  # too long: only what it is about
+    reader = Reader(words)
+    read = Expression.parse(reader.level()).formula
+    assert not reader.text
+    values = {name: np.array([randomness.choice([-2.0, 0.0, 1.0, 2.5]) for _ in range(40)]) for name in "abcde"}
+    with np.errstate(all="ignore"):
+        expected, found = (values_of(each, values) for each in (formula, read))
+    np.testing.assert_allclose(found, expected, rtol=1e-9, equal_nan=True)
+
+
+def values_of(formula: Formula, values: dict[str, Floats]) -> Floats:
+    columns: dict[Atom, Floats] = {Draw(name): column for name, column in values.items()}
+    below: dict[Atom, Floats] = {
+        atom: (values[atom.site] < atom.bound).astype(np.float64)
+        for atom in formula.features
+        if isinstance(atom, Threshold)
+    }
+    return evaluate(formula.steps, columns | below, 40)
