@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from grammarlab.evaluation.curves import LEARNED_JS, summarize
 from grammarlab.evaluation.preparation import Source
 from grammarlab.features.expression import Expression
 from grammarlab.features.model_score import Score
@@ -25,6 +26,7 @@ from grammarlab.runs.evaluate.plots import (
     Series,
     draw_curves,
     draw_grids,
+    draw_needed,
     save_picture,
     tiles_of,
 )
@@ -128,6 +130,45 @@ def draw_results(results: Sequence[ScenarioResults], folder: Path) -> dict[str, 
     for item in results:
         groups.setdefault(item.scenario.name if one_method else item.name, []).append(item)
     return {items[0].name: _draw_scenario(items, folder) for items in groups.values()}
+
+
+def draw_answer(results: Sequence[ScenarioResults], folder: Path) -> Section:
+    """How many scores are needed: a chart, and a sentence for each person and method.
+
+    Args:
+        results: results of some scenarios and persons.
+        folder: folder for the picture.
+    """
+    records = [record for item in results for record in item.records]
+    one_method = len({record.method for record in records}) == 1
+    lines: dict[str, list[int | None]] = {}
+    for record in records:
+        name = record.person if one_method else f"{record.person}, {record.method}"
+        lines.setdefault(name, []).append(record.curve.labels_to(LEARNED_JS))
+    most = max((point.labels for record in records for point in record.curve.points), default=1)
+    return answer_section(lines, most, folder)
+
+
+def answer_section(labels: Mapping[str, Sequence[int | None]], most: int, folder: Path) -> Section:
+    """The section of `draw_answer` from the labels that each run of a person needed, of at most so many."""
+    png, *_ = draw_needed(folder / "needed", labels, most)
+    title = "How many scores do I need?"
+    about = f"A preference counts as learned once the learned density is at most {LEARNED_JS:g} nats from its own."
+    sentences = [_answer(name, needed, most) for name, needed in labels.items()]
+    return Section(
+        title,
+        ((ReportPicture(png, "Learned preferences by the number of scores"),),),
+        "\n".join([about, "", *sentences]),
+    )
+
+
+def _answer(name: str, needed: Sequence[int | None], most: int) -> str:
+    summary = summarize(list(needed))
+    half = f"{summary.median:g} scores are" if summary.median is not None else f"more than {most} scores are"
+    return (
+        f"- `{name}`: {half} needed for half of {summary.runs} preferences; "
+        f"{summary.reached} of them are learned after {most}."
+    )
 
 
 def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]], folder: Path) -> Section:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import fill
@@ -183,6 +183,43 @@ def draw_curves(
     axes.set_title(fill(title, _TITLE_WIDTH), fontsize=11)
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False, fontsize=9)
+    return _save(figure, path)
+
+
+def draw_needed(path: Path, labels: Mapping[str, Sequence[int | None]], most: int) -> tuple[Path, ...]:
+    """Draw how many runs have learned their preference by the number of labels.
+
+    Args:
+        path: path without a suffix; its folder is created if missing.
+        labels: by line, the labels that each run needed; None if it never learned.
+        most: labels at the right end.
+
+    Returns:
+        The files, one for each of `_SUFFIXES`.
+
+    Raises:
+        UsageError: If matplotlib is not installed.
+    """
+    figure = _figure()
+    axes = figure.subplots()
+    for index, (name, needed) in enumerate(labels.items()):
+        reached = sorted(count for count in needed if count is not None)
+        shares = 100.0 * np.arange(len(reached) + 1) / len(needed)
+        axes.step(
+            [0, *reached, most],
+            [*shares, shares[-1]],
+            where="post",
+            label=name,
+            color=_COLORS[index % len(_COLORS)],
+            linestyle=_DASHES[index % len(_DASHES)],
+            linewidth=1.8,
+        )
+    axes.set_xlim(0, most)
+    axes.set_ylim(0, 105)
+    axes.set_xlabel("scores")
+    axes.set_ylabel("% of preferences that are learned")
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, fontsize=9, loc="lower right")
     return _save(figure, path)
 
 

@@ -63,6 +63,7 @@ def write_page(
     pictures: Sequence[Section],
     command: str,
     sections: Sequence[str] = (),
+    answer: Section | None = None,
 ) -> None:
     """Write everything as one Markdown page.
 
@@ -72,9 +73,11 @@ def write_page(
         pictures: sections below all tables, in order.
         command: the command that writes the page.
         sections: Markdown to put below the tables.
+        answer: section above all tables.
     """
     parts = [
         "# Results\n",
+        *([markdown(answer, path.parent)] if answer else []),
         f"Written by `{command}`. Run the command again instead of editing this page.\n",
         _original_table(results),
         _by_person(results),

@@ -23,6 +23,7 @@ from grammarlab.runs.evaluate.persons import Person, PersonRow, person_rows, per
 from grammarlab.runs.evaluate.pictures import (
     ABOUT_SAMPLES,
     copied_beside,
+    draw_answer,
     draw_figure,
     draw_results,
     draw_samples,
@@ -118,7 +119,7 @@ def _evaluate(
         for (path, _), part in plain.items()
     )
     write_table(folder / TABLE, list(by_task.values()))
-    curves = draw_results(results, folder / PLOTS)
+    curves, answer = draw_results(results, folder / PLOTS), draw_answer(results, folder / PLOTS)
     if request.grids:
         firsts = {path: plain[path, request.persons[0]][0] for path in request.scenarios}
         models = draw_models(list(firsts.values()), folder, executor=executor, fresh=fresh, on_progress=on_progress)
@@ -144,7 +145,7 @@ def _evaluate(
     for page in (folder / PAGE, *([report] if report else [])):
         is_main = page == folder / PAGE
         copies = pictures if is_main else [copied_beside(picture, page) for picture in pictures]
-        write_page(page, results, copies, command, sections)
+        write_page(page, results, copies, command, sections, answer if is_main else copied_beside(answer, page))
     return EvaluationResult(results, folder / TABLE, folder / PAGE, densities, grammars)
 
 

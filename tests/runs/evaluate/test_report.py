@@ -8,7 +8,7 @@ from grammarlab.evaluation.curves import Curve, Point
 from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.evaluation.scenario import ScenarioGoal, load
 from grammarlab.runs.evaluate.curve_store import CurveRecord
-from grammarlab.runs.evaluate.pictures import ReportPicture, Section, draw_results
+from grammarlab.runs.evaluate.pictures import ReportPicture, Section, draw_answer, draw_results
 from grammarlab.runs.evaluate.plots import FLOOR, ScenarioResults, Series, draw_curves, quantiles
 from grammarlab.runs.evaluate.report import CHECKPOINTS, TARGETS, write_page, write_table
 from grammarlab.runs.evaluate.request import shipped_scenarios
@@ -55,6 +55,26 @@ def test_the_page_has_medians_and_spreads_beside_targets_and_the_paper(tmp_path)
     assert text.endswith("## Plot\n\n![A picture](../plots/a.png)\n\nPaper: something.\n")
     lengths = {line.count("|") for line in text.split("## Labels")[1].splitlines() if line.startswith("|")}
     assert len(lengths) == 1
+
+
+def test_the_page_opens_with_a_chart_and_says_how_many_scores_are_needed(tmp_path):
+    scenario = load(shipped_scenarios()["B3"])
+    noisy = tuple(replace(each, person="sd10") for each in RECORDS[1:3])
+    results = [results_of(scenario, RECORDS[:3]), results_of(scenario, noisy)]
+    section = draw_answer(results, tmp_path / "plots")
+    write_page(tmp_path / "page.md", results, [], "x", answer=section)
+    text = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert (tmp_path / "plots" / "needed.png").is_file()
+    opening = text[: text.index("Written by")]
+    assert [line for line in opening.splitlines() if line][1:3] == [
+        "## How many scores do I need?",
+        "![Learned preferences by the number of scores](plots/needed.png)",
+    ]
+    assert "- `exact`: 32 scores are needed for half of 3 preferences; 2 of them are learned after 64." in opening
+    # One of two never is: half of them are not for sure.
+    assert "- `sd10`: more than 64 scores are needed for half of 2 preferences; 1 of them are learned" in opening
+    both = draw_answer([results_of(scenario, RECORDS)], tmp_path / "plots").remark
+    assert "- `exact, paper`: more than 64 scores" in both
 
 
 def test_persons_stand_one_below_the_other_each_with_the_worst_scenario_first(tmp_path):
