@@ -130,7 +130,8 @@ def choice_text(choice: Sequence[tuple[float, str]], indent: str) -> str:
         choice: branches with their probabilities: at least two, above 0, with the sum 1. See `likely_last`.
         indent: white space before each line.
     """
-    return _lines(_percentages([probability for probability, _ in choice]), [text for _, text in choice], indent)
+    heads = _percentages([probability for probability, _ in choice])
+    return "".join(f"\n{indent}{head} {text}" for head, (_, text) in zip(heads, choice, strict=True))
 
 
 def _percentages(probabilities: Sequence[float]) -> list[str]:
@@ -141,12 +142,6 @@ def _percentage(value: float) -> str:
     """The number without rounding errors in its last digits: 5, not 5.000000000000001."""
     text = f"{value:.14g}"
     return text if abs(float(text) - value) <= 4e-16 * value else repr(value).removesuffix(".0")
-
-
-def _lines(heads: Sequence[str], texts: Sequence[str], indent: str) -> str:
-    """Branches, each on a new line."""
-    pairs = zip(heads, texts, strict=True)
-    return "".join(f"\n{indent}{head}{'' if text.startswith(chr(10)) else ' '}{text}" for head, text in pairs)
 
 
 class _Surgery:
@@ -254,6 +249,10 @@ class _Writer:
         self.name = next(token for token in tokens if token.start == offset(rule.location))
         self.heads: dict[Path, str] = {}
         """Text of the head of each branch."""
+        self.leads: dict[Path, str] = {}
+        """White space and comments before the head of each branch."""
+        self.gaps: dict[Path, str] = {}
+        """White space and comments behind it."""
         self.ends: dict[Path, Sequence[Token]] = {}
         """Words of the operations of each branch without further choices."""
         self._cut(rule.body, arrow + 1, ())
@@ -293,7 +292,13 @@ class _Writer:
             return end
         for i, branch in enumerate(choice.branches):
             colon = self._next(index, frozenset({"_COLON"}))
-            self.heads[*path, i] = self.text[self.tokens[index].start : self.tokens[colon].end]
+            before, head, behind = self.tokens[index - 1], self.tokens[index], self.tokens[colon]
+            self.heads[*path, i] = self.text[head.start : behind.end]
+            # A comment behind the operations of the branch before belongs to these.
+            begin = before.end if i == 0 else _end_with_comment(self.text, before.end)
+            self.leads[*path, i] = self.text[begin : head.start]
+            if colon + 1 < len(self.tokens):
+                self.gaps[*path, i] = self.text[behind.end : self.tokens[colon + 1].start]
             index = self._cut(branch, colon + 1, (*path, i))
         return index
 
@@ -308,23 +313,45 @@ class _Writer:
         return len(self.tokens)
 
     def _body(self, body: Body, indent: str) -> str:
+        """Text of a body; of choices with what is before the first branch."""
         if isinstance(body, Text):
             return self._operations(body)
         if isinstance(body, Chances):
-            texts = [(probability, self._inner(inner, indent)) for probability, inner in body.branches]
-            return choice_text(texts, indent)
-        if isinstance(body, Conditions):
+            bodies = [branch for _, branch in body.branches]
+            heads, places = _percentages([probability for probability, _ in body.branches]), self._places(bodies)
+        elif isinstance(body, Conditions):
+            bodies, places = [branch for _, branch in body.branches], None
             heads = [*(f"case {condition} :" for condition, _ in body.branches[:-1]), "else :"]
-            return _lines(heads, [self._inner(branch, indent) for _, branch in body.branches], indent)
-        heads = [self.heads[*body.path, i] for i in range(len(body.branches))]
-        inner = [self._inner(branch, indent) for branch in body.branches]
-        if body.closed:
-            return _lines([*heads, "else :"], [*inner, "NIL"], indent)
-        return _lines(heads, inner, indent)
+        else:
+            bodies, places = list(body.branches), [(*body.path, i) for i in range(len(body.branches))]
+            heads = [self.heads[place] for place in places]
+        leads = [f"\n{indent}"] * len(bodies) if places is None else [self.leads[place] for place in places]
+        texts = [self._inner(inner, indent) for inner in bodies]
+        if isinstance(body, Same) and body.closed:
+            heads, leads, texts = [*heads, "else :"], [*leads, leads[-1]], [*texts, " NIL"]
+        written = ""
+        for lead, head, text in zip(leads, heads, texts, strict=True):
+            # What followed a comment may be left out; the next branch must not become a part of it.
+            is_in_comment = "\n" not in lead and any(mark in written.rpartition("\n")[2] for mark in ("//", "#"))
+            written += (f"\n{indent}" if is_in_comment else lead) + head + text
+        return written
+
+    def _places(self, bodies: Sequence[Body]) -> list[Path] | None:
+        """The places of bodies, if they are some branches of one choice, in its order; None for any others."""
+        places = [body.path for body in bodies if isinstance(body, Text | Same)]
+        is_one = len(places) == len(bodies) and len({place[:-1] for place in places}) == 1
+        return (
+            places
+            if is_one and places == sorted(set(places)) and all(place in self.leads for place in places)
+            else None
+        )
 
     def _inner(self, body: Body, indent: str) -> str:
-        step = "\t" if "\t" in self.indent else "    "
-        return self._body(body, indent + step) or "[ ]"
+        """Text behind the head of a branch."""
+        text = self._body(body, indent + ("\t" if "\t" in self.indent else "    "))
+        if not isinstance(body, Text):
+            return text
+        return self.gaps.get(body.path, " ") + text if text else " [ ]"
 
     def _operations(self, text: Text) -> str:
         tokens = self.ends[text.path]

@@ -1,7 +1,10 @@
 """Text surgery on rule files."""
 
+import re
+
 import pytest
 
+from grammarlab.language.checking.percentages import probabilities
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.rewriting import (
     Chances,
@@ -50,6 +53,56 @@ def places(text, name):
 
 def test_nothing_to_do_changes_nothing():
     assert rewrite(Grammar.parse(HOUSE), {}) == HOUSE
+
+
+ODD_LAYOUT = """Lot -->
+  case scope.sx > 9 :  // wide ones
+
+\t\t60%  :Wide /* w */
+\t\telse : Narrow // n
+  else :
+      case scope.sy > 2 : 50% : Tall else : Low
+      // the others
+      else: 30%: [ Flat ]
+            else: NIL
+
+Wide --> 20% : A 30% : B
+\telse : C
+"""
+
+
+def as_it_is(choice, path=()):
+    """The body of a rule with its own percentages; None without constant ones, or with one choice just in another."""
+    if not isinstance(choice, Case | Stochastic):
+        return Text(path, {})
+    bodies = [as_it_is(branch, (*path, i)) for i, branch in enumerate(choice.branches)]
+    if None in bodies:
+        return None
+    if isinstance(choice, Case):
+        return Same(path, tuple(bodies))
+    shares = probabilities(choice)
+    if shares is None or min(shares) < 1e-3 or any(isinstance(body, Chances) for body in bodies):
+        return None
+    return Chances(tuple(zip(shares, bodies, strict=True)))
+
+
+@pytest.mark.parametrize("text", [ODD_LAYOUT, *(source.text() for source in shipped_examples())])
+def test_rules_with_their_own_percentages_keep_their_layout(text):
+    """New percentages are the only difference for a reader of a pull request: lines, indents and comments stay."""
+    grammar = Grammar.parse(text)
+    bodies = {key: as_it_is(rule.body) for key, rule in grammar.rules.items() if "." not in key[0]}
+    copies = {key: [RuleCopy(key[0], body)] for key, body in bodies.items() if isinstance(body, Chances | Same)}
+    assert copies or text != ODD_LAYOUT
+    heads = re.compile(r"(?:\d+(?:\.\d+)?\s*%|\belse)\s*:")
+    assert heads.sub("#:", rewrite(grammar, copies)) == heads.sub("#:", text)
+
+
+def test_a_branch_never_becomes_a_part_of_the_comment_before_it():
+    text = "Lot --> 60% : A // often\n  20% : B 20% : C"
+    body = Chances(((0.5, Text((0,), {})), (0.5, Text((2,), {}))))
+    written = rewrite(Grammar.parse(text), {("Lot", 0): [RuleCopy("Lot", body)]})
+    assert choice_of(written, "Lot")[0] == [50.0, None]
+    assert "// often" in written
 
 
 @pytest.mark.parametrize("source", shipped_examples(), ids=lambda source: source.name)
