@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from grammarlab.derivation.array_expressions import makes_arrays
 from grammarlab.derivation.calls.texture_transfer import PIVOT_POSITION
@@ -113,14 +113,33 @@ _KINDS: dict[str, SiteKind] = {
 
 
 def compile_grammar(grammar: Grammar) -> Program:
-    """A grammar compiled to a program, independent of models and seeds.
+    """A grammar compiled to a program, independent of models and seeds; the same one for the last few grammars.
 
     Raises:
         UsageError: If it is not a grammar.
         DerivationError: If the grammar has no start rule.
     """
     check_type("grammar", grammar, Grammar, EXAMPLE)
-    return _Compilation(grammar).program()
+    return _program(_Itself(grammar))
+
+
+class _Itself:
+    """A grammar that equals no other one: of equal texts, the imported files may differ."""
+
+    def __init__(self, grammar: Grammar) -> None:
+        self.grammar = grammar
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Itself) and other.grammar is self.grammar
+
+    def __hash__(self) -> int:
+        return id(self.grammar)
+
+
+@lru_cache(maxsize=8)
+def _program(of: _Itself) -> Program:
+    """The program of a grammar, kept for the next calls: models are often derived one by one."""
+    return _Compilation(of.grammar).program()
 
 
 class _Compilation:

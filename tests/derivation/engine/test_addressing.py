@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import Forest, compile_grammar, derive, derive_chunks
+from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.importing import load
 from tests.cases import bulk
@@ -120,3 +121,14 @@ def test_other_seeds_make_other_models():
     program = compile_grammar(Grammar.parse("attr h = rand(1, 5)\nLot --> extrude(h) A"))
     heights = {derive(program, 1, seed).leaves.size[0, 1] for seed in (0, 1, 2**63, 2**64 - 1)}
     assert len(heights) == 4
+
+
+def test_a_grammar_is_compiled_once_and_one_of_equal_text_for_itself():
+    """Equal texts may be of different files: messages name their own."""
+    text = "Lot --> comp(x) { all : A }"
+    grammars = [Grammar.parse(text, file) for file in ("one.cga", "other.cga")]
+    assert grammars[0] == grammars[1]
+    assert compile_grammar(grammars[0]) is compile_grammar(grammars[0])
+    for grammar in (*grammars, grammars[0]):
+        with pytest.raises(DerivationError, match=grammar.file):
+            derive(grammar, 1, seed=1)
