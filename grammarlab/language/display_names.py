@@ -9,6 +9,7 @@ what only they say: a text, such as a colour or a file, the numbers of a success
 from __future__ import annotations
 
 import colorsys
+import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -20,6 +21,7 @@ from pathlib import PurePosixPath
 from grammarlab.language.syntax.syntax_tree import (
     Annotation,
     Attribute,
+    Binary,
     Choice,
     Function,
     Invoke,
@@ -50,6 +52,8 @@ _LISTED = re.compile(rf"(?<![\w.#])({_IDENTIFIER}(?: \d+)?)( [=≠] )({_ONE}(?: 
 """Several alternatives of a choice: ``Wall = Brick / Glass``."""
 _NUMBERED = re.compile(rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<sign> [=≠] )(?P<number>\d+)\b")
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
+_DRAW = re.compile(r"(?<=\w)#(\d+)\b(?![0-9a-fA-F])")
+"""The number of a draw of a definition that has several: ``nFloor#2``."""
 _LONGEST = 60
 """Largest number of characters of a word from a grammar."""
 _MAX_GREY = 0.12
@@ -59,6 +63,8 @@ _HUES = (
     *((292, "purple"), (345, "pink"), (361, "red")),
 )
 """Names of hues, each below a number of degrees."""
+_MAX_BEIGE = 0.35
+"""Saturation below which a light orange or yellow is beige."""
 _MAX_BROWN = 0.45
 """Lightness below which orange is brown."""
 
@@ -81,6 +87,8 @@ class DisplayNames:
     'Wall color = Office, roof pitch below 30'
     >>> names.text("WallColorOld → 60%")
     'Wall color old → brown'
+    >>> names.text("nFloor#2 at least 6")
+    'nFloor (draw 2) at least 6'
     """
 
     names: Mapping[str, str]
@@ -133,7 +141,8 @@ class DisplayNames:
         text = _NUMBERED.sub(self._numbered, text)
         text = _BRANCH.sub(self._branch, text)
         text = _CHOICE.sub(self._choice, text)
-        return _TOKEN.sub(lambda match: self.names.get(match[0], match[0]), text)
+        text = _TOKEN.sub(lambda match: self.names.get(match[0], match[0]), text)
+        return _DRAW.sub(lambda match: f" (draw {match[1]})", text)
 
     def _numbered(self, match: re.Match[str]) -> str:
         word = self.values.get((match["of"], int(match["number"])))
@@ -162,14 +171,20 @@ def color_word(color: str) -> str:
     Args:
         color: the colour as ``#rrggbb``.
 
-    >>> [color_word(color) for color in ("#F28C28", "#2F6FC1", "#8E4B38", "#D0D0D0", "#FFFFFF")]
-    ['orange', 'blue', 'brown', 'light grey', 'white']
+    >>> [color_word(color) for color in ("#F28C28", "#2F6FC1", "#8E4B38", "#D0D0D0", "#FFFFFF", "#F2E8D3")]
+    ['orange', 'blue', 'brown', 'light grey', 'white', 'beige']
     """
     red, green, blue = (int(color[start : start + 2], 16) / 255.0 for start in (1, 3, 5))
     hue, lightness, _ = colorsys.rgb_to_hls(red, green, blue)
     if max(red, green, blue) - min(red, green, blue) < _MAX_GREY:
         return next(word for most, word in _GREYS if lightness <= most)
     word = next(word for most, word in _HUES if 360.0 * hue < most)
+    if (
+        word in ("orange", "yellow")
+        and max(red, green, blue) - min(red, green, blue) < _MAX_BEIGE
+        and lightness > _MAX_BROWN
+    ):
+        return "beige"
     return "brown" if word in ("red", "orange", "yellow") and lightness < _MAX_BROWN and hue > _REDDEST else word
 
 
@@ -219,7 +234,7 @@ def words_of_branches(body: Choice, attributes: frozenset[str]) -> list[str]:
     words = [""] * len(leaves)
     if len(leaves) < 2:
         return words
-    for sayings in (_texts, _calls, partial(_attributes, attributes)):
+    for sayings in (_texts, _colors, _calls, partial(_attributes, attributes)):
         said = [list(dict.fromkeys(sayings(leaf))) for leaf in leaves]
         counts = Counter(saying for each in said for saying in each)
         own = [[saying for saying in each if counts[saying] == 1] for each in said]
@@ -243,6 +258,22 @@ def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[st
 def _texts(node: Node) -> Iterator[str]:
     """Texts between quotes."""
     return (part.value for part in walk(node) if isinstance(part, String))
+
+
+def _colors(node: Node) -> Iterator[str]:
+    """Colours that three numbers say, or numbers with a factor each for their tone."""
+    for part in walk(node):
+        if isinstance(part, Invoke) and part.name == "color" and len(part.arguments) == len("rgb"):
+            shares = [_share(argument) for argument in part.arguments]
+            if all(0.0 <= share <= 1.0 for share in shares):
+                yield "#" + "".join(f"{round(255.0 * share):02x}" for share in shares)
+
+
+def _share(argument: Node) -> float:
+    """The number of a share of a colour, alone or times something named; NaN for anything else."""
+    if isinstance(argument, Binary) and argument.operator == "*":
+        return _share(argument.left) if isinstance(argument.right, Name) else math.nan
+    return argument.value if isinstance(argument, Number) else math.nan
 
 
 def _calls(node: Node) -> Iterator[str]:

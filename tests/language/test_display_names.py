@@ -59,6 +59,18 @@ def test_identifiers_become_words(name, words):
     assert NAMES.text(name) == words
 
 
+def test_branches_that_differ_in_numbers_of_a_colour_are_called_after_it():
+    text = """attr tone = rand(0.9, 1.1)
+Glass -->
+    30% : color(0.05 * tone, 0.05 * tone, 0.06) Pane
+    30% : color(0.1, 0.2 * tone, 0.6) Pane
+    else : color(0.1 * tone, 0.4, 0.1) Pane
+Frame --> 50% : color(0.1, 0.2 * (1 - tone), 0.3) Bar else : color(2, 0.9, 0.9) Bar"""
+    branches = DisplayNames.of(gl.Grammar.parse(text).tree).branches
+    assert [branches["Glass", f"line {line}"] for line in (3, 4, 5)] == ["black", "blue", "green"]
+    assert not any(symbol == "Frame" for symbol, _ in branches)
+
+
 def test_two_identifiers_never_get_the_same_words():
     names = DisplayNames.of(gl.Grammar.parse("attr roofPitch = 1\nattr roof_pitch = 2\nLot --> RoofPitch").tree)
     assert names.text("roofPitch, roof_pitch, RoofPitch") == "roofPitch, roof_pitch, Roof pitch"

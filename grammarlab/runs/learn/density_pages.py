@@ -58,6 +58,7 @@ def page_of_labels(result: LabelsResult) -> Report:
     return Report(
         title=_title(result.file, learned),
         origin=f"Learned by `grammarlab learn` from {result.source.file} and {result.labels_from}.",
+        words=density.predicted.words.lines,
         compared=compared,
         facts=facts,
         sections=_label_sections(result),
@@ -88,9 +89,7 @@ def _label_sections(result: LabelsResult) -> tuple[tuple[str, str], ...]:
     display = result.space.display_names.text
     listing = "\n".join(f"- {display(name)} (`{feature}`)" for name, feature in features)
     depend = "\n".join(f"- {entry}" for entry in result.relevances)
-    words = "\n".join(f"- {line}" for line in result.density.predicted.words.lines)
     return (
-        *((("In words", words),) if words else ()),
         ("Steps", steps),
         ("Factors", factors),
         ("What the file looks at", listing or "Nothing: all models are liked alike."),

@@ -70,6 +70,8 @@ class Report:
     after: Sampled
     choices: Callable[[], tuple[Choice, ...]] = tuple
     """Choices that matter, each as two models that differ in it alone; derived when the page is written."""
+    words: tuple[str, ...] = ()
+    """What was learned, in sentences."""
 
 
 def write_report(report: Report, folder: Path, *, seed: int, executor: AbstractExecutor) -> Path:
@@ -144,6 +146,7 @@ def report_text(report: Report, choices: Sequence[Choice] = ()) -> str:
     ]
     parts = [
         f"# {report.title}\n",
+        *(f"{sentence}\n" for sentence in report.words),
         f"{report.origin} Distances are from 0 % (the same models, as often) to 100 % (no model in common).\n",
         markdown_table(("", "before", "after"), report.compared),
         markdown_table(("", ""), report.facts),
