@@ -399,7 +399,7 @@ class _ColumnWords:
     def condition(self, interval: _Range) -> str:
         """One condition."""
         column, name = interval.column, self.table.names[interval.column]
-        if compared := self._comparison(interval):
+        if compared := self._comparison(interval) or self._of_product(interval):
             return compared
         return " ".join(self._choice(interval) if self._is_choice(column) else self._amount(name, interval))
 
@@ -416,6 +416,21 @@ class _ColumnWords:
         compared = Apply(">=" if np.isfinite(interval.low) else "<", difference.operands)
         text = formula_words(Formula((*terms, compared)), self.table.words)
         return f"{text} holds" if text.startswith(RELATION) else text
+
+    def _of_product(self, interval: _Range) -> str:
+        """What a number of things says that only counts beside a property; empty for other conditions."""
+        feature = self.table.features[interval.column]
+        if not isinstance(feature, Formula) or interval.low <= 0.0 or self._is_choice(interval.column):
+            return ""
+        *terms, product = feature.steps
+        factors = [term.feature for term in terms if isinstance(term, Measure) and term.feature in self.table.features]
+        if not isinstance(product, Apply) or product.operation != "*" or len(factors) != len(terms) or len(terms) != 2:
+            return ""
+        columns = sorted(map(self.table.features.index, factors), key=lambda column: not self._is_choice(column))
+        if not self._is_choice(columns[0]):
+            return ""
+        numbers = replace(interval, column=columns[1])
+        return f"{self.condition(_Range(columns[0], 0.5, np.inf))}, {self.condition(numbers)}"
 
     def _is_choice(self, column: int) -> bool:
         """Whether a column is a property that designs have or not: its values are 0 and 1."""
@@ -452,7 +467,7 @@ class _ColumnWords:
     def _said(self, step: Step, formula: Formula, holds: bool) -> _Statement | None:
         """What a step of a formula of things that are there or not says if it holds, or if not; None for anything else.
 
-        In a statement, a sum of numbers of things is above 0 if any of them is there.
+        In a statement, a sum of numbers of things is above 0 if any of them is there, a product if all are.
         """
         if isinstance(step, Measure):
             text = self._thing_said(step.feature, holds)
@@ -462,8 +477,8 @@ class _ColumnWords:
         operands = [formula.steps[index] for index in step.operands]
         if step.operation == "not" or (step.operation == ">" and operands[1] == ZERO):
             return self._said(operands[0], formula, holds if step.operation == ">" else not holds)
-        if step.operation in ("and", "or", "+"):
-            sign = "and" if (step.operation == "and") == holds else "or"
+        if step.operation in ("and", "*", "or", "+"):
+            sign = "and" if (step.operation in ("and", "*")) == holds else "or"
             parts = [self._said(operand, formula, holds) for operand in operands]
             if not all(parts):
                 return None
@@ -507,6 +522,8 @@ class _ColumnWords:
 
     def _amount(self, name: str, interval: _Range) -> Iterator[str]:
         low, high = interval.low, interval.high
+        if np.ceil(high) - 1.0 == self.lowest[interval.column] > 0.0:
+            low = self.lowest[interval.column]  # less never occurs
         if self.is_integer[interval.column] and " + " in name and not set("(·−") & set(name):
             things = name.split(" + ")
             numbered = self._number_of(things, low, high) if self.highest[interval.column] <= len(things) else ""

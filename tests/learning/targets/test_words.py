@@ -317,6 +317,7 @@ def test_kinds_are_true_and_none_follows_from_the_others(seed):
         ("!=", lambda a, b: a != b, "A = x or B = y but not both"),
         ("==", lambda a, b: a == b, "both or neither of A = x and B = y"),
         ("or", lambda a, b: (a + b) > 0, "A = x or B = y"),
+        ("*", lambda a, b: (a * b) > 0, "A = x and B = y"),
         ("+", lambda a, b: (a + b) > 0, "A = x or B = y"),
     ],
 )
@@ -329,3 +330,19 @@ def test_formulas_of_choices_are_told_by_the_choices(operation, holds, told):
         table_of(np.column_stack([rows, column]), names), features=(*features, Formula.of(operation, *features))
     )
     assert words_of(table, 100.0 * column, np.ones(600)) == Words((f"{told} (100; others 0)",), ())
+
+
+def test_a_number_that_counts_beside_a_property_is_told_with_it():
+    rows = np.column_stack([coins(600, 1), np.random.default_rng(1).integers(1, 6, (600, 1))]).astype(np.float64)
+    product = rows[:, 0] * rows[:, 1]
+    features = Pattern("Mast"), Pattern("Block")
+    names = ["number of Mast", "number of Block", "a formula"]
+    table = replace(table_of(np.column_stack([rows, product]), names), features=(*features, Formula.of("*", *features)))
+    words = words_of(table, np.where(product >= 3, 100.0, 0.0), np.ones(600))
+    assert words == Words(("Mast, number of Block: 3 or more (100; others 0)",), ())
+
+
+def test_the_least_number_that_occurs_is_told_as_it_is():
+    rows = np.random.default_rng(1).integers(1, 4, (600, 1)).astype(np.float64)
+    words = words_of(table_of(rows, ["number of kinds of Block"]), np.where(rows[:, 0] < 2, 100.0, 0.0), np.ones(600))
+    assert words == Words(("number of kinds of Block: 1 (100; others 0)",), ())
