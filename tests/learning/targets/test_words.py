@@ -300,6 +300,7 @@ def test_kinds_are_true_and_none_follows_from_the_others(seed):
     described = np.zeros((2, 300), dtype=int)
     for number, side in enumerate(sides):
         for match in side:
+            assert match
             is_in = designs_of(match[1], rows)
             described[number] += is_in
             assert scores[is_in].mean() == pytest.approx(float(match[2]), abs=0.51)
