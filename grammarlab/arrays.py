@@ -26,6 +26,21 @@ MAX_STEPS = 200
 """Largest number of steps of an iteration that ends by itself. More are only slower."""
 BATCH = 1_000
 """Number of rows of a table that are made at once: more need more memory, fewer more calls."""
+FEW = 3
+"""Number of folds, sweeps, starts, gates, steps without a gain, or kept results, where one may do. More are only
+slower."""
+SEVERAL = 8
+"""Number of alternatives that a search begins or continues with, those that a screening ranks first. More are only
+slower."""
+MANY = 24
+"""Number of alternatives of one thing that are compared exactly, those that a screening ranks or a text declares
+first. More are only slower."""
+MANY_COLUMNS = 120
+"""Number of columns that a search compares exactly or begins with, those that are likely to explain most or cheapest.
+More are only slower."""
+NUM_LEVELS = 12
+"""Number of levels or bins of a quantity, or of alternatives of a choice, where a search needs no more. More are only
+slower."""
 _HASH_FACTORS = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
 """Factors of the finaliser of SplitMix64."""
 _WORD = 8

@@ -23,6 +23,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import Floats, Ints
+from grammarlab.density.targets.rejection import PILOT_MODELS
 from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.answers import Answers
 from grammarlab.learning.composed_columns import composed_columns
@@ -38,9 +39,6 @@ from grammarlab.preference.base import AbstractPreference
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.preference.judge.labelled_columns import selected
 from grammarlab.preference.liked import blunders_of, liked_are_rare, noise_of
-
-_MAX_DESIGNS = 2_000
-"""Number of designs of the pool over which the parts of a preference are mixed as densities."""
 
 Report = Callable[[str, int, int], None]
 """Function called with the name of a task, the number of finished parts, and the number of all parts."""
@@ -249,7 +247,7 @@ def _elsewhere(tables: DesignTables[Designs], answers: Sequence[Answers]) -> tup
 def _some(table: DesignTable, weights: Floats) -> tuple[Floats, Floats]:
     """Rows and density weights of some designs of the pool, evenly spaced."""
     possible = np.flatnonzero(weights > 0.0)
-    num = min(_MAX_DESIGNS, len(possible))
+    num = min(PILOT_MODELS, len(possible))
     indices = possible[np.arange(num) * len(possible) // max(num, 1)]
     return table.rows[indices], weights[indices]
 

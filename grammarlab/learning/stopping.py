@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import ROUNDING, Floats
+from grammarlab.arrays import MANY, ROUNDING, Floats
 from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import jensen_shannon
@@ -32,8 +32,6 @@ NUM_MORE = 16
 """Number of scores whose gain is reported."""
 _MAX_DESIGNS = 500
 """Number of designs of the pool, evenly spaced, on which densities are compared."""
-_NUM_DRAWS = 24
-"""Number of functions drawn from the posterior."""
 
 
 def expected_gain(study: Study[Designs], state: State, more: int = NUM_MORE) -> float | None:
@@ -87,7 +85,7 @@ def remaining_divergence(
         num_scores: number of scores.
         seed: seed of the draws.
     """
-    functions = draws(product, rows, _NUM_DRAWS, np.random.default_rng(seed))
+    functions = draws(product, rows, MANY, np.random.default_rng(seed))
     if functions is None:
         return None
     # A function that likes nothing leaves the density of the grammar.

@@ -27,8 +27,6 @@ Rows = ArrayLike | SparseRows
 
 MAX_SCORE = 100.0
 """Highest score; the lowest is 0 for disliked models."""
-MIDDLE = MAX_SCORE / 2.0
-"""Score in the middle."""
 MIN_SHARE = 1e-3
 """Smallest share of one of several explanations in predictions; those below it are left out."""
 LIKED_SHARE = 0.25
@@ -37,22 +35,16 @@ NEGLIGIBLE_SHARE = 0.01
 """Share of the relevance of a part, of the range of a quantity, or of a variance, that does not count."""
 MANY_LABELS = 160
 """Number of labels from which on a part of the searches, or of the labels, is enough. More are only slower."""
-FEW = 3
-"""Number of folds, sweeps, starts, steps without a gain, or kept results, where one may do. More are only slower."""
-SEVERAL = 8
-"""Number of alternatives that a search continues with, those that a screening ranks first. More are only slower."""
-MANY = 24
-"""Number of alternatives that are compared exactly, those that a screening ranks first. More are only slower."""
-NUM_LEVELS = 12
-"""Number of levels, or bins, of a quantity where a search needs no more. More are only slower."""
 ODDS_OF_SIMPLER = 20.0
 """Prior odds of the simpler explanation, where another one has more parts: one person, or cells alone."""
 MIN_PART = 8
-"""Smallest number of labels that may have an explanation of their own: those of a leaf, or of a voice."""
+"""Smallest number of labels, or of designs of a pool, that may have an explanation of their own: those of a leaf, or of
+a voice."""
 HOPELESS = 12.0
 """Loss in nats that a search does not expect to make up for."""
 SCORE_STEP = 1.0
-"""Smallest difference of scores in points that a person can mean: designs of a smaller value are not liked."""
+"""Smallest difference of scores in points that a person can mean: a score means half of it on both sides, and designs
+of a smaller value are not liked."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,7 @@ what counts as certain.
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import expit
 
 from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
 from grammarlab.preference.cells.cells import grid_of
@@ -64,7 +65,7 @@ def belief(gain: float, num_scores: int) -> float:
     (0.167, 0.25, 1.0)
     """
     odds = max(_MIN_ODDS, _ODDS_SCORES / num_scores)
-    return 1.0 / (1.0 + odds * float(np.exp(-np.clip(gain, -100.0, 100.0))))
+    return float(expit(gain - np.log(odds)))
 
 
 def believed(share: float, process: float, cells: float) -> tuple[float, float, float]:

@@ -17,9 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import FEW, Floats
 from grammarlab.preference.base import (
-    FEW,
     MANY_LABELS,
     MAX_SCORE,
     AbstractPreference,

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
+from scipy.special import log_ndtr
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import AbstractPreference
@@ -24,8 +24,6 @@ from grammarlab.preference.queries import MIN_HIGHEST, SMALL_PART, Situation
 
 _MAX_CANDIDATES = 240, 60, 100
 """Largest numbers of candidates: from the grammar, from elsewhere, and with labels."""
-_MAX_DEVIATIONS = 8.0
-"""Number of deviations beyond which an answer is known."""
 
 
 def propose_pairs(situation: Situation, compared: Ints, num: int, seed: int) -> Ints:
@@ -100,9 +98,7 @@ def _sign_gain(deviations: Floats) -> Floats:
     >>> _sign_gain(np.array([0.0, 3.0])).round(3).tolist()
     [0.637, 0.015]
     """
-    far = np.minimum(np.abs(deviations), _MAX_DEVIATIONS)
-    beyond = ndtr(-far)
-    return np.exp(-far * far) / (2.0 * np.pi * beyond * (1.0 - beyond))
+    return np.exp(-(deviations**2) - log_ndtr(deviations) - log_ndtr(-deviations)) / (2.0 * np.pi)
 
 
 def _expected(preference: AbstractPreference, rows: Floats) -> tuple[Floats, Floats, float]:

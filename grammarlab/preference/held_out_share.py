@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.base import FEW, MANY_LABELS, MAX_SCORE, MIN_SHARE, ODDS_OF_SIMPLER, SCORE_STEP
+from grammarlab.arrays import FEW, Flags, Floats, Ints
+from grammarlab.preference.base import MANY_LABELS, MAX_SCORE, MIN_SHARE, ODDS_OF_SIMPLER, SCORE_STEP
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import observe
@@ -26,19 +26,16 @@ PROCESS_SHARES = (0.0, 0.05, 0.1, 0.25, 0.5, 0.75, 0.99)
 """Candidate shares of the process."""
 _ODDS_OF_OTHERS = 5.0
 """Prior odds of no lines against any other share of them."""
-_MAX_LOG_ODDS = 100.0
-"""Largest log-odds that are not infinite."""
 _ODDS_OF_BOXES = 1e4
 """Prior odds of cells alone if boxes explain the scores: most questions were about what boxes dispute, where they know
 least."""
 _MISSED_BY_BOXES = 0.1
 """Share of held-out scores that say nothing if boxes explain the scores: these are looked for again without them, and
 one bound more or less decides about many of the scores that boxes disputed."""
-_LIKELIHOOD_POWER = 0.25
-"""Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
-their structure from all scores."""
 EVIDENCE_POWER = 0.5
 """Power of the evidence of a part: it is that of the best explanation of many, found with all labels."""
+_LOG_ODDS_OF_CELLS = float(np.log(ODDS_OF_SIMPLER))
+"""Log of the prior odds of cells alone against any other share."""
 NUM_FOLDS = FEW
 """Number of parts of the labels, each held out once."""
 
@@ -110,10 +107,10 @@ def held_out(rows: Floats, scores: Floats, continuous: Flags, seed: int, parts: 
     share = _share(rows, scores, predicted[:2], cells)
     without_line = share * predicted[0] + (1.0 - share) * predicted[1]
     # Lines and cells have an evidence of their own, which says more than held-out scores.
-    odds = float(np.exp(np.clip(EVIDENCE_POWER * (1.0 - share) * advantage, -_MAX_LOG_ODDS, _MAX_LOG_ODDS)))
+    log_odds = float(np.log(_ODDS_OF_OTHERS)) - EVIDENCE_POWER * (1.0 - share) * advantage
     both = np.stack([predicted[2], without_line])
     is_open = len(line.columns) > 0 and not _explains_all(cells)
-    line_share = share_by(both, scores, _designs(rows), _ODDS_OF_OTHERS / odds) if is_open else 0.0
+    line_share = share_by(both, scores, _designs(rows), log_odds) if is_open else 0.0
     errors = line_share * predicted[2] + (1.0 - line_share) * without_line - scores
     return HeldOut(share, line_share, errors, scores, tuple(sketches))
 
@@ -129,7 +126,7 @@ def _share(rows: Floats, scores: Floats, predicted: Floats, cells: PartitionPref
         return 1.0
     if _explains_all(cells):
         return 0.0
-    prior = (_ODDS_OF_BOXES, _MISSED_BY_BOXES) if cells.boxes else (ODDS_OF_SIMPLER, START_BLUNDERS)
+    prior = (float(np.log(_ODDS_OF_BOXES)), _MISSED_BY_BOXES) if cells.boxes else (_LOG_ODDS_OF_CELLS, START_BLUNDERS)
     return share_by(predicted, scores, _designs(rows), *prior)
 
 
@@ -147,7 +144,7 @@ def share_by(
     predicted: Floats,
     scores: Floats,
     row: Ints,
-    odds_of_cells: float = ODDS_OF_SIMPLER,
+    log_odds_of_cells: float = _LOG_ODDS_OF_CELLS,
     blunders: float = START_BLUNDERS,
 ) -> float:
     """The share of the process beside cells, or of lines beside both, by held-out scores.
@@ -156,7 +153,7 @@ def share_by(
         predicted: [2, n] predictions of the process and of the cells, 0-100, or of lines and of the others.
         scores: [n] 0-100; each is random with a small probability.
         row: [n] design of each score, from 0; a design counts once, with the mean of its scores.
-        odds_of_cells: prior odds of cells alone.
+        log_odds_of_cells: log of the prior odds of cells alone.
         blunders: probability that a score says nothing.
     """
     shares = np.array(PROCESS_SHARES)[:, None]
@@ -167,17 +164,18 @@ def share_by(
         densities = np.exp(-0.5 * (errors / noise) ** 2) / (noise * np.sqrt(2.0 * np.pi))
         likelihood = np.log((1.0 - blunders) * densities + blunders / MAX_SCORE).sum(axis=1)
         likelihoods = np.logaddexp(likelihoods, likelihood)
-    return mean_share(likelihoods, odds_of_cells)
+    return mean_share(likelihoods, log_odds_of_cells)
 
 
-def mean_share(log_likelihoods: Floats, odds_of_cells: float = ODDS_OF_SIMPLER) -> float:
+def mean_share(log_likelihoods: Floats, log_odds_of_cells: float = _LOG_ODDS_OF_CELLS) -> float:
     """The mean of `PROCESS_SHARES` under their posterior; 0 if it is small.
 
     Args:
         log_likelihoods: [S] log-likelihood of held-out labels for each of the shares.
-        odds_of_cells: > 0, prior odds of cells alone against any other share.
+        log_odds_of_cells: log of the prior odds of cells alone against any other share.
     """
-    odds = np.exp(_LIKELIHOOD_POWER * (log_likelihoods - log_likelihoods.max()))
-    odds[0] *= odds_of_cells
+    log_odds = EVIDENCE_POWER * log_likelihoods
+    log_odds[0] += log_odds_of_cells
+    odds = np.exp(log_odds - log_odds.max())
     share = float(odds @ np.array(PROCESS_SHARES) / odds.sum())
     return share if share >= MIN_SHARE else 0.0

@@ -25,6 +25,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from grammarlab.arrays import SEVERAL
 from grammarlab.errors import AssetError, TableError, UsageError
 from grammarlab.files import read_bounded, write_bytes
 from grammarlab.preference.base import MAX_SCORE
@@ -50,8 +51,6 @@ _NO_SCORE = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none"))
 _KEEP = "integers of more than 15 digits lose some in spreadsheets and in floats. Keep this column as text."
 _MAX_SHORT_SCALE = 10.0
 """Largest highest score that is likely one of a scale of up to five or ten."""
-_MAX_NAMED = 5
-"""Largest number of factors in a note."""
 _ADVICE = (
     "Give scores of a shorter scale in points of 100, or stars as the kind 'stars' with the scores 0, 25, 50, 75 and "
     "100."
@@ -382,5 +381,5 @@ def _short_notes(rows: Sequence[Label], highest: float) -> tuple[str, ...]:
     ]
     if not short:
         return ()
-    more = f" and {len(short) - _MAX_NAMED} more factors" if len(short) > _MAX_NAMED else ""
-    return (f"the highest score is {', '.join(short[:_MAX_NAMED])}{more}, {scale} by it. {_ADVICE}",)
+    more = f" and {len(short) - SEVERAL} more factors" if len(short) > SEVERAL else ""
+    return (f"the highest score is {', '.join(short[:SEVERAL])}{more}, {scale} by it. {_ADVICE}",)

@@ -189,7 +189,7 @@ def _judged(
     # equally, which explains no comparison: it has the same odds as any other share.
     undivided = compared.any() and cells.trees[0].split is None
     by_share = evidence[: len(PROCESS_SHARES)]
-    share = mean_share(by_share, 1.0) if undivided else mean_share(by_share)
+    share = mean_share(by_share, 0.0) if undivided else mean_share(by_share)
     price = flat.person.price
     return _Judged(
         share=share,

@@ -31,9 +31,9 @@ from numpy.polynomial.hermite_e import hermegauss
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import MAX_SCORE
-from grammarlab.preference.labels import Kind
+from grammarlab.arrays import NUM_LEVELS, Floats, Ints
+from grammarlab.preference.base import MAX_SCORE, SCORE_STEP
+from grammarlab.preference.labels import SCORES, Kind
 
 NOISES = (0.5, 1.5, 3.0, 5.0, 7.5, 10.0, 13.0, 17.0, 22.0, 28.0)
 """Candidates of sigma, in points."""
@@ -60,16 +60,10 @@ DISLIKED = 0.25
 VALUE_STEP = 4.0
 """Step of the possible values, in points."""
 
-HALF_STEP = 0.5
-"""h, in points."""
-STAR_HALF_STEP = 12.5
-"""h of stars, in points."""
 TIE_DIFFERENCE = 5.0
 """Difference in points below which a person who uses ties calls two models equal."""
 _MIN_LIKELIHOOD = 1e-12
 """Smallest likelihood of a score, for any noise."""
-_NUM_NODES = 15
-"""Number of nodes of means over a normal distribution. More are only slower."""
 
 Singles = NDArray[np.float32]
 
@@ -133,7 +127,7 @@ class Intervals:
         return self.low, self.high, self.length, self.looks, self.variance
 
 
-def intervals_of(scores: Floats, half_step: float = HALF_STEP) -> Intervals:
+def intervals_of(scores: Floats, half_step: float = SCORE_STEP / 2.0) -> Intervals:
     """Intervals of scores [n] of 0 to 100 on a scale with a given step in points."""
     at_bottom, at_top = scores <= half_step / 2.0, scores >= MAX_SCORE - half_step / 2.0
     low = np.where(at_bottom, -np.inf, scores - half_step)
@@ -161,7 +155,7 @@ def intervals_of_kinds(scores: Floats, kinds: Sequence[Kind], middle: float) -> 
     low, high = np.where(thumb & up, middle, low), np.where(thumb & ~up, middle, high)
     low, high = np.where(rather, alike, np.where(tied, -alike, low)), np.where(tied, alike, high)
     length = np.where(rather | tied, MAX_SCORE / (3.0 if tied.any() else 2.0), MAX_SCORE / 2.0)
-    for kind, half_step in (("score", HALF_STEP), ("stars", STAR_HALF_STEP)):
+    for kind, half_step in (("score", SCORE_STEP / 2.0), ("stars", SCORES["stars"][1] / 2.0)):
         of_kind, steps = names == kind, intervals_of(scores, half_step)
         low, high = np.where(of_kind, steps.low, low), np.where(of_kind, steps.high, high)
         length = np.where(of_kind, steps.length, length)
@@ -236,7 +230,7 @@ def value_of(scores: Floats, noise: float, blunders: float) -> Floats:
 
 def mean_value(means: Floats, sds: Floats, noise: float, blunders: float = 0.0) -> Floats:
     """[m] mean of values whose mean score is normal, with given means [m] and standard deviations [m]."""
-    nodes, masses = hermegauss(_NUM_NODES)
+    nodes, masses = hermegauss(NUM_LEVELS)
     return masses @ value_of(means + nodes[:, None] * sds, noise, blunders) / masses.sum()
 
 

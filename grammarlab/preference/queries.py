@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import BATCH, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, NEGLIGIBLE_SHARE, AbstractPreference
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
@@ -64,8 +64,6 @@ _QUESTIONS_PER_RANDOM = 8
 about one similar to an unexplained one, of all."""
 _QUESTIONS_PER_OTHER = 4
 """Number of questions of which one is not about what boxes dispute, once some models are liked."""
-_NUM_COMPARED = 256
-"""Number of models that are compared at once, with a pool or with each other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +179,7 @@ def _default(situation: Situation, num: int, randomness: np.random.Generator) ->
 
 def _is_continuous(pool: Floats) -> bool:
     """Whether most columns of a pool have different values for nearly all models."""
-    some = np.sort(pool[:_NUM_COMPARED], axis=0)
+    some = np.sort(pool[:BATCH], axis=0)
     is_continuous = np.count_nonzero(np.diff(some, axis=0) > 0.0, axis=0) > len(some) / 2
     return are_many(int(np.count_nonzero(is_continuous)), pool.shape[1])
 
@@ -434,9 +432,8 @@ def _uniform(situation: Situation, num: int, randomness: np.random.Generator) ->
     scaled = rows[:, weights > 0.0] * np.sqrt(weights[weights > 0.0])
     chosen = np.empty(num, dtype=np.int64)
     nearest = np.full(len(rows), np.inf)
-    for start in range(0, len(situation.scored), _NUM_COMPARED):
-        block = situation.scored[start : start + _NUM_COMPARED]
-        nearest = np.minimum(nearest, squared_distances(scaled, scaled[block]).min(axis=1))
+    for model in situation.scored.tolist():
+        nearest = np.minimum(nearest, squared_distances(scaled, scaled[[model]])[:, 0])
     # Equal distances are common among counts; the seed decides between them.
     order = randomness.permutation(len(rows))
     is_open = _is_unscored(situation)

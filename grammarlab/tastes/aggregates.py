@@ -13,10 +13,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from grammarlab.arrays import MANY_COLUMNS
 from grammarlab.tastes.basic_quantities import Elements, distinct
 from grammarlab.tastes.quantities import (
     MOST_COLUMNS,
-    MOST_SETS,
     Block,
     Quantities,
     Recipe,
@@ -34,17 +34,17 @@ _OfLargest: TypeAlias = Callable[[Recipe], Recipe]
 def extremes(elements: Elements) -> Iterator[Block]:
     """The largest and the smallest of a few draws, one beside the other, and another draw beside one of them."""
     for size in (2, 3, 4):
-        sets = nearest_sets(len(elements.draws), size, MOST_SETS)
+        sets = nearest_sets(len(elements.draws), size, MANY_COLUMNS)
         for recipe in (_applying("max"), _applying("min"), _range, _slenderness):
             yield from blocks(recipe, [elements.draws] * size, sets)
-    sets = nearest_sets(len(elements.draws), 3, MOST_SETS)
+    sets = nearest_sets(len(elements.draws), 3, MANY_COLUMNS)
     for order, outer, inner in product(([0, 1, 2], [1, 0, 2], [2, 0, 1]), "/-", ("max", "min")):
         yield from blocks(_beside(outer, inner), [elements.draws] * 3, sets[:, order])
 
 
 def orders_of_draws(elements: Elements) -> Iterator[Block]:
     """Three draws in an order by size, and comparable draws that a model uses that never fall, or never rise."""
-    sets = nearest_sets(len(elements.draws), 3, MOST_SETS)
+    sets = nearest_sets(len(elements.draws), 3, MANY_COLUMNS)
     for order in permutations(range(3)):
         yield from blocks(_applying("ascending"), [elements.draws] * 3, sets[:, list(order)])
     for run in _comparable(elements):

@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import MANY, SEVERAL, Ints
 from grammarlab.tastes.basic_quantities import Elements, distinct
 from grammarlab.tastes.quantities import (
     MOST_COLUMNS,
@@ -27,10 +27,6 @@ from grammarlab.tastes.quantities import (
 
 _MOST_SIZES = 3_000
 """Largest number of computed sizes of one form."""
-_MAX_NUMERALS = 20
-"""Largest number of counts that multiply draws."""
-_MAX_CHOSEN = 6
-"""Largest number of choices whose number multiplies draws."""
 
 
 def sums_of_two(elements: Elements) -> Iterator[Block]:
@@ -120,10 +116,10 @@ def _mixed(inner: str, outer: str) -> Recipe:
 def _numerals(elements: Elements) -> Quantities:
     """Numbers of things that may multiply draws: counts, and chosen numbers that begin at 0, 1 or 2."""
     several = [len(np.unique(choice.number)) > 2 for choice in elements.choices]
-    chosen = elements.numbers.take(np.flatnonzero(several)[:_MAX_CHOSEN])
+    chosen = elements.numbers.take(np.flatnonzero(several)[:SEVERAL])
     fewer, more = (_shifted(chosen, shift) for shift in (-1.0, 1.0))
-    counts = elements.numerals.take(np.arange(min(len(elements.numerals), _MAX_NUMERALS)))
-    return distinct(joined([counts, chosen, fewer, more], elements.num))
+    every = distinct(joined([chosen, fewer, more, elements.numerals], elements.num))
+    return every.take(np.arange(min(len(every), MANY)))
 
 
 def _shifted(numbers: Quantities, shift: float) -> Quantities:

@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.sparse import csr_array
 
-from grammarlab.arrays import Flags, Floats
+from grammarlab.arrays import NUM_LEVELS, Flags, Floats
 from grammarlab.derivation.forest import Forest, Site
 from grammarlab.features.columns.paths import is_quantity
 from grammarlab.features.patterns.counts import count
@@ -21,12 +21,10 @@ from grammarlab.tastes.choice_lines import Lines
 from grammarlab.tastes.choice_pairs import Pair, pairs_beside
 from grammarlab.tastes.choice_places import MAX_CHOICES, Choice, Outcome, as_quantities, choices_of, summed
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.quantities import Quantities, joined
-from grammarlab.tastes.roles import MAX_ALTERNATIVES, Roles
+from grammarlab.tastes.quantities import MOST_COLUMNS, Quantities, joined
+from grammarlab.tastes.roles import Roles
 from grammarlab.tastes.visible_orders import Orders
 
-_MAX_COUNTS = 4_000
-"""Largest number of counts of one kind."""
 _MIN_NUMERAL_VALUES = 3
 """Smallest number of values of a count that is a number of things, instead of whether there is one."""
 
@@ -159,7 +157,7 @@ def _chosen(forests: Sequence[Forest], outcomes: Quantities, readers: Readers) -
     for site in dict.fromkeys(draw.site for draw in draws):
         columns = [index for index, draw in enumerate(draws) if draw.site == site]
         values = outcomes.values[:, columns]
-        if len(columns) > MAX_ALTERNATIVES or not len(values) or (values.sum(axis=1) > 1.0).any():
+        if len(columns) > NUM_LEVELS or not len(values) or (values.sum(axis=1) > 1.0).any():
             continue
         uses, formulas = _uses(forests, readers.get(site, ())), [draws[column] for column in columns]
         number = (values @ np.arange(1, len(columns) + 1)).astype(np.int64)
@@ -206,13 +204,13 @@ def _used(forests: Sequence[Forest], draws: Quantities, readers: Readers) -> Qua
 
 def _branches(nodes: LabelledNodes) -> Quantities:
     """Counts of the branches of rules."""
-    counts, used = nodes.count(nodes.model, nodes.label, nodes.labels.unknown + 1), nodes.alternatives[:_MAX_COUNTS]
+    counts, used = nodes.count(nodes.model, nodes.label, nodes.labels.unknown + 1), nodes.alternatives[:MOST_COLUMNS]
     return Quantities(tuple(map(nodes.pattern, used)), counts[:, list(used)])
 
 
 def _symbols(nodes: LabelledNodes) -> Quantities:
     """Counts of the nodes of each symbol."""
-    names = nodes.labels.symbols[:_MAX_COUNTS]
+    names = nodes.labels.symbols[:MOST_COLUMNS]
     inside = nodes.symbol < len(names)
     return Quantities(tuple(map(Pattern, names)), nodes.count(nodes.model[inside], nodes.symbol[inside], len(names)))
 
@@ -222,9 +220,9 @@ def _children(nodes: LabelledNodes) -> Quantities:
     names, inner = nodes.labels.symbols, np.flatnonzero(nodes.parent >= 0)
     codes = nodes.symbol[nodes.parent[inner]] * len(names) + nodes.symbol[inner]
     kinds, index = np.unique(codes, return_inverse=True)
-    inside = np.flatnonzero(index < _MAX_COUNTS)
-    counts = nodes.count(nodes.model[inner[inside]], index[inside], min(len(kinds), _MAX_COUNTS))
-    edges = [divmod(kind, len(names)) for kind in kinds[:_MAX_COUNTS].tolist()]
+    inside = np.flatnonzero(index < MOST_COLUMNS)
+    counts = nodes.count(nodes.model[inner[inside]], index[inside], min(len(kinds), MOST_COLUMNS))
+    edges = [divmod(kind, len(names)) for kind in kinds[:MOST_COLUMNS].tolist()]
     return Quantities(tuple(Pattern(names[a], below=(Below((Pattern(names[b]),)),)) for a, b in edges), counts)
 
 

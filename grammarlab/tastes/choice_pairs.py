@@ -13,19 +13,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import MANY, MANY_COLUMNS, Flags, Floats, Ints
 from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.choice_lines import Line, Lines
 from grammarlab.tastes.choice_places import total
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.quantities import MOST_SETS, Later, Quantities
+from grammarlab.tastes.quantities import MOST_COLUMNS, Later, Quantities
 
 _MAX_LEVELS = 3
 """Largest number of levels from a node or a part down to its choice."""
-_MAX_PAIRS = 400
-"""Largest number of kinds of pairs."""
-_MAX_LINES = 24
-"""Largest number of choices below the nodes of one symbol that are compared."""
 
 
 class Pair(NamedTuple):
@@ -63,7 +59,7 @@ class Pairs(NamedTuple):
 
 def pairs_below(lines: Lines) -> Pairs:
     """Two choices below one node, where models have several such nodes."""
-    return Pairs.of(list(islice(_pairs_below(lines), _MAX_PAIRS)), lines.nodes.num_models)
+    return Pairs.of(list(islice(_pairs_below(lines), MOST_COLUMNS)), lines.nodes.num_models)
 
 
 def of_neighbours(beside: Sequence[tuple[Pair, Pair | None]], num: int) -> Pairs:
@@ -84,7 +80,7 @@ def _pairs_below(lines: Lines) -> Iterator[Pair]:
         for line in lines.groups(length, by_symbol=True):
             symbol = line.chain[0]
             below = tops.setdefault(symbol, []) if symbol else []
-            if symbol and len(below) < _MAX_LINES and len(np.unique(line.tops)) == len(line.tops):
+            if symbol and len(below) < MANY and len(np.unique(line.tops)) == len(line.tops):
                 below.append(line)
     for symbol, below in tops.items():
         for first, second in combinations(below, 2):
@@ -120,7 +116,7 @@ def pairs_beside(lines: Lines) -> list[tuple[Pair, Pair | None]]:
     for length, by_symbol in product(range(_MAX_LEVELS), (True, False)):
         for line in lines.groups(length, by_symbol=by_symbol):
             is_known = line.chain[-1] is not None and not by_symbol
-            if is_known or len(pairs) >= _MAX_PAIRS:
+            if is_known or len(pairs) >= MOST_COLUMNS:
                 continue
             order = np.argsort(line.tops, kind="stable")
             ordered = replace(line, tops=line.tops[order], number=line.number[order])
@@ -147,14 +143,14 @@ def _siblings(nodes: LabelledNodes, line: Line, distance: int) -> Pair | None:
     def both() -> list[Pattern]:
         return _runs(line.any, line.any, distance)
 
-    num = sum(min(len(ones) ** 2 * len(line.bare) ** (distance - 1), MOST_SETS + 1) for ones in line.labels)
+    num = sum(min(len(ones) ** 2 * len(line.bare) ** (distance - 1), MANY_COLUMNS + 1) for ones in line.labels)
     return _pair_of(nodes, num, alike, both, line.tops[rows], line.number[rows] == line.number[partner])
 
 
 def _runs(ends: Sequence[Pattern], between: Sequence[Pattern], distance: int) -> list[Pattern]:
     """Runs of siblings of which the first and the last are some patterns."""
     runs = product(ends, *[between] * (distance - 1), ends)
-    return [Pattern(below=(Below(run),)) for run in islice(runs, MOST_SETS + 1)]
+    return [Pattern(below=(Below(run),)) for run in islice(runs, MANY_COLUMNS + 1)]
 
 
 def _indices(part: Ints, targets: Ints) -> Ints:
@@ -181,7 +177,7 @@ def _pair_of(
         rows: [R] a node of each pair.
         same: [R] whether it is made alike.
     """
-    if not 0 < num_patterns <= MOST_SETS:
+    if not 0 < num_patterns <= MANY_COLUMNS:
         return None
     model = nodes.model[rows]
     num_alike, num_both = (np.bincount(m, minlength=nodes.num_models).astype(np.float64) for m in (model[same], model))

@@ -30,8 +30,6 @@ MAX_TEXT = MAX_CHARACTERS // 4
 """Largest number of characters of a candidate: a function of it can be half an expression, and may name it twice."""
 MOST_COLUMNS = 1_000
 """Largest number of columns of one recipe, of pairs of choices, and of symbols or lines that are compared."""
-MOST_SETS = 100
-"""Largest number of sets, sequences or patterns of one kind that are compared."""
 
 
 class Later(Sequence[Formula | Atom]):
@@ -137,7 +135,7 @@ def joined(parts: Sequence[Quantities], num: int) -> Quantities:
     return Quantities(tuple(formula for part in parts for formula in part.formulas), values)
 
 
-def nearest_pairs(first: int, second: int | None = None, most: int = 4_000) -> Ints:
+def nearest_pairs(first: int, second: int | None = None, most: int = MOST_COLUMNS) -> Ints:
     """[K, 2] pairs of two of ``first``, or of one of ``first`` and one of ``second``, the nearest in order first.
 
     What is declared side by side belongs together more often than what is not, so that is what is kept of too many.

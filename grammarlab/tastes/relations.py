@@ -12,12 +12,10 @@ import numpy as np
 from grammarlab.arrays import Flags, Ints
 from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.tastes.choice_lines import MAX_ANCESTORS
 from grammarlab.tastes.choice_pairs import Pairs, of_neighbours, of_three, pairs_below
 from grammarlab.tastes.choice_places import summed
 from grammarlab.tastes.quantities import MOST_COLUMNS, Block, Quantities, Recipe, as_block, blocks, nearest_pairs
-
-_MAX_ANCESTORS = 32
-"""Largest number of levels between a choice and another one below it."""
 
 
 def roles(elements: Elements) -> Iterator[Block]:
@@ -55,7 +53,7 @@ def contexts(elements: Elements) -> Iterator[Block]:
     yield from as_block(_contexts(elements, first, nodes.following[first], chosen, deep=False))
     rows, above = list[Ints](), list[Ints]()
     upper = nodes.parent[lower]
-    for _ in range(_MAX_ANCESTORS):
+    for _ in range(MAX_ANCESTORS):
         lower, upper = lower[upper >= 0], upper[upper >= 0]
         rows.append(lower)
         above.append(upper)

@@ -14,12 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.arrays import Ints, connected
+from grammarlab.arrays import NUM_LEVELS, Ints, connected
 from grammarlab.tastes.labelled_nodes import LabelledNodes
 from grammarlab.tastes.quantities import MOST_COLUMNS
 
-MAX_ALTERNATIVES = 11
-"""Largest number of alternatives of a choice."""
 _MIN_AGREEING = 2
 """Smallest number of alternatives with the same name of symbols of one role."""
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^\W\d_]+")
@@ -65,7 +63,7 @@ def _choices(nodes: LabelledNodes) -> dict[str, list[int]]:
     return {
         symbol: sorted(labels, key=lambda label: nodes.labels.rules[label].branch)
         for symbol, labels in members.items()
-        if len(labels) <= MAX_ALTERNATIVES and not nodes.labels.is_overloaded(symbol)
+        if len(labels) <= NUM_LEVELS and not nodes.labels.is_overloaded(symbol)
     }
 
 

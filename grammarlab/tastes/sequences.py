@@ -9,14 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import MANY, MANY_COLUMNS, Ints
 from grammarlab.features.patterns.operations import SEQUENCE_RELATIONS
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.choice_places import Choice, are_short, as_quantities
-from grammarlab.tastes.quantities import MOST_COLUMNS, MOST_SETS, Block, Quantities, Recipe, as_block, blocks
-
-_MAX_LENGTH = 16
-"""Largest number of places of a sequence."""
+from grammarlab.tastes.quantities import MOST_COLUMNS, Block, Quantities, Recipe, as_block, blocks
 
 
 def choices(elements: Elements) -> Iterator[Block]:
@@ -75,7 +72,7 @@ def matching_sequences(elements: Elements) -> Iterator[Block]:
     kinds = [elements.choices[sequence[0]].line.kind for sequence in sequences]
     pairs = [(i, j) for i, j in combinations(range(len(kinds)), 2) if kinds[i] == kinds[j]]
     same = [(sequences[i], sequences[j]) for i, j in pairs if len(sequences[i]) == len(sequences[j])]
-    for first, second in same[:MOST_SETS]:
+    for first, second in same[:MANY_COLUMNS]:
         if not elements.overlaps[np.ix_(first, second)].any() and _are_short(elements, first + second):
             for reordered in dict.fromkeys((second, second[::-1])):
                 indices = np.array([[*first, *reordered]])
@@ -102,10 +99,10 @@ def sequences_of(elements: Elements) -> list[tuple[int, ...]]:
     for group in groups.values():
         members = sorted(_apart(choices, group), key=lambda index: (choices[index].way, index))
         present = sum(((choices[index].number > 0).astype(np.int64) for index in members), np.zeros(elements.num, int))
-        is_sequence = 3 <= len(members) <= _MAX_LENGTH and present.max(initial=0) > 1
+        is_sequence = 3 <= len(members) <= MANY and present.max(initial=0) > 1
         if is_sequence and _are_short(elements, members):
             sequences.setdefault(tuple(members))
-    return list(sequences)[:MOST_SETS]
+    return list(sequences)[:MANY_COLUMNS]
 
 
 def _alternatives(elements: Elements, sequence: Sequence[int]) -> list[Quantities]:

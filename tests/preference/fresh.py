@@ -13,15 +13,15 @@ import numpy as np
 from scipy.special import ndtr
 
 from grammarlab.arrays import Floats
-from grammarlab.preference.base import MAX_SCORE, AbstractPreference, Rows
+from grammarlab.preference.base import MAX_SCORE, SCORE_STEP, AbstractPreference, Rows
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import ProductPreference
-from grammarlab.preference.person import HALF_STEP, NOISES, log_likelihood
+from grammarlab.preference.person import NOISES, log_likelihood
 
-SCORES = np.arange(0.0, MAX_SCORE + HALF_STEP, 2.0 * HALF_STEP)
+SCORES = np.arange(0.0, MAX_SCORE + SCORE_STEP, SCORE_STEP)
 """[S] distinguished scores; each includes the scores that round to it."""
-_EDGES = SCORES[:-1] + HALF_STEP
+_EDGES = SCORES[:-1] + SCORE_STEP / 2.0
 _ROUNDING = 1e-9
 """Tolerance of sums of probabilities, and smallest deviation in points."""
 
@@ -51,7 +51,7 @@ class FreshScores:
             enough = mass[np.arange(len(open_)), best] >= level - _ROUNDING
             first[open_[enough]], last[open_[enough]] = best[enough], best[enough] + width
             open_ = open_[~enough]
-        low, high = SCORES[first] - HALF_STEP, SCORES[last] + HALF_STEP
+        low, high = SCORES[first] - SCORE_STEP / 2.0, SCORES[last] + SCORE_STEP / 2.0
         return np.maximum(low, 0.0), np.minimum(high, MAX_SCORE)
 
 
@@ -85,7 +85,7 @@ def _of_cells(preference: PartitionPreference, rows: Rows) -> Floats:
 def _of_process(preference: BlendedPreference, rows: Rows) -> Floats:
     prediction = preference.predict_values(rows)
     probabilities = _normal(prediction.mean, prediction.std)
-    length = np.where((SCORES == 0.0) | (SCORES == MAX_SCORE), HALF_STEP, 2.0 * HALF_STEP)
+    length = np.where((SCORES == 0.0) | (SCORES == MAX_SCORE), SCORE_STEP / 2.0, SCORE_STEP)
     return (1.0 - preference.blunders) * probabilities + preference.blunders * length / MAX_SCORE
 
 

@@ -163,7 +163,7 @@ def test_a_shorter_scale_of_one_factor_is_named():
     labels, (note,) = on_one_scale(rows)
     assert labels == tuple(rows)
     assert note.startswith("the highest score is 1 for the factor 'b', 1 for the factor 'c', 1 for the factor 'd', on")
-    many = [replace(label, factor=str(number)) for number in range(9) for label in scored(5.0)]
+    many = [replace(label, factor=str(number)) for number in range(12) for label in scored(5.0)]
     assert "and 4 more factors, on" in on_one_scale([*rows[-3:], *many])[1][0]
 
 

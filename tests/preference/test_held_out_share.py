@@ -28,7 +28,7 @@ def test_the_share_is_a_mean_over_the_posterior_of_shares():
         return np.prod(0.97 * norm.pdf(share * process + (1.0 - share) * cells, 0.0, noise) + 0.03 / 100.0)
 
     densities = np.array([sum(density(share, noise) for noise in MODEL_NOISES) for share in PROCESS_SHARES])
-    odds = densities**0.25 * np.append(20.0, np.ones(len(PROCESS_SHARES) - 1))
+    odds = densities**0.5 * np.append(20.0, np.ones(len(PROCESS_SHARES) - 1))
     assert shared(process, cells, scores) == pytest.approx(odds @ PROCESS_SHARES / odds.sum())
 
 

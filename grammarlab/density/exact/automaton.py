@@ -19,9 +19,6 @@ from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.language.call_order import groups
 from grammarlab.language.numbering import Branch, Successor, SymbolKey
 
-_MAX_SORTED_ROWS = 8
-"""Largest table that is sorted row by row, which is faster than array operations."""
-
 
 @dataclass(frozen=True, slots=True)
 class ScanStep:
@@ -244,10 +241,6 @@ def distinct_rows(rows: Ints) -> tuple[Ints, Ints]:
     """The different rows [K, W] of a table [N, W] of integers >= 0, and the index [N] of each row among them."""
     if len(rows) <= 1 or not rows.shape[1]:
         return rows[:1], np.zeros(len(rows), dtype=np.int64)
-    if len(rows) <= _MAX_SORTED_ROWS:
-        tuples = [tuple(row) for row in rows.tolist()]
-        number = {row: i for i, row in enumerate(sorted(set(tuples)))}
-        return np.array(list(number), dtype=np.int64), np.array([number[row] for row in tuples], dtype=np.int64)
     radix = rows.max(axis=0) + 1
     if float(np.prod(radix.astype(np.float64))) < 2.0**62:
         weights = np.concatenate([np.cumprod(radix[:0:-1])[::-1], [1]])

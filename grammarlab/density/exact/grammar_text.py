@@ -11,13 +11,13 @@ import numpy as np
 from grammarlab.arrays import Floats
 from grammarlab.density.exact.attributes import AttributeParts, drawn_range, leaf_at
 from grammarlab.density.exact.inside import InsideWeights
-from grammarlab.density.exact.name_words import MOST_NAMED
 from grammarlab.density.exact.naming import AbstractNames, SplitNames
 from grammarlab.density.exact.splitting import PLAIN, Splitting, Variant, Way
 from grammarlab.density.exact.written_rules import WrittenRules
 from grammarlab.density.grammar_skeleton import Alternative, Cases, Chance, leaves
 from grammarlab.density.grammar_skeleton import Body as Original
 from grammarlab.density.rounding import EXACT, are_equal, rounded, rounded_parts
+from grammarlab.features.columns.formula_names import MOST_NAMED
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import Branch, SymbolKey
 from grammarlab.language.rewriting import (

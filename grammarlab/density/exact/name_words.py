@@ -8,8 +8,6 @@ from collections.abc import Collection, Sequence
 _NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 _ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
 _PARTS = re.compile(r"[^\W\d_]?[^\W\d_A-Z]+|[A-Z]+(?![^\W\d_A-Z])|\d+|[^\W\d_]")
-MOST_NAMED = 3
-"""Largest number of branches, parts, symbols, kinds or conditions that a name or a comment lists."""
 _MAX_WORD = 24
 """Largest number of characters of the word for a symbol."""
 _SIBILANTS = ("s", "x", "z", "ch", "sh")

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from grammarlab.arrays import Ints
 from grammarlab.density.exact.name_words import (
-    MOST_NAMED,
     counted,
     joined,
     number_of,
@@ -25,6 +24,7 @@ from grammarlab.density.exact.splitting import Splitting, Variant
 from grammarlab.density.exact.subtree_counts import Component, Deep, tops
 from grammarlab.density.exact.trimming import Ways
 from grammarlab.density.grammar_skeleton import Alternative, leaves
+from grammarlab.features.columns.formula_names import MOST_NAMED
 from grammarlab.features.patterns.pattern import Pattern
 from grammarlab.language.numbering import Branch, SymbolKey
 from grammarlab.preference.base import LIKED_SHARE, NEGLIGIBLE_SHARE

@@ -23,23 +23,16 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.special import expit, gammaln, xlogy
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import FEW, NUM_LEVELS, SEVERAL, Flags, Floats, Ints
+from grammarlab.density.exact.splitting import MAX_COMPONENTS
 from grammarlab.density.samples.levels import ProbabilityPrior, Shrinkage, averaged
 from grammarlab.density.samples.mixture import Cells, Mixture, dense, fit_mixture, merged
-from grammarlab.density.samples.sampled import MAX_COMPONENTS, Sample, chosen_components, kinds
+from grammarlab.density.samples.sampled import MIN_GAIN, Sample, chosen_components, kinds
 
 _MIN_DEVIATION = 5.0
 """Smallest deviation of dependent choices, in standard deviations."""
-_MAX_CANDIDATES = 12
-"""Largest number of choices examined for gates: those with the strongest dependence."""
-_MAX_GROUPS = 8
-"""Largest number of groups at the start."""
 _NUM_RANGES = 4
 """Number of ranges of a drawn number that is a gate."""
-_MAX_GATES = 3
-"""Largest number of gates."""
-_MIN_GAIN = 2.0
-"""Gain in nats beyond their prior that guessed groups need, since they are the best of many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +147,7 @@ def gated(shrinkage: Shrinkage, counts: sparse.csr_array, weights: Floats, order
     open_choices = np.ones(len(shrinkage.odds), dtype=bool)
     strength = _strength(shrinkage, counts, weights, ordered)
     gates: list[Gate] = []
-    while len(gates) < _MAX_GATES:
+    while len(gates) < FEW:
         candidates = _candidates(strength, open_choices)
         if not len(candidates):
             break
@@ -226,7 +219,7 @@ def _candidates(strength: Floats, open_choices: Flags) -> Ints:
     order = np.argsort(-strength[rows, columns], kind="stable")
     chosen: dict[int, None] = {}
     for pair in order:
-        if len(chosen) >= _MAX_CANDIDATES:
+        if len(chosen) >= NUM_LEVELS:
             break
         chosen |= dict.fromkeys((int(rows[pair]), int(columns[pair])))
     return np.array(sorted(chosen), dtype=np.int64)
@@ -280,8 +273,8 @@ class _GateSearch:
             start = block[np.asarray(np.argmax(dense(gate_counts), axis=1))]
         else:
             gate_cells = Cells(self.candidate_cells.original[columns], np.zeros(len(columns), dtype=np.int64))
-            steps = merged(gate_cells, gate_counts, self.weights, kinds(gate_counts), _MAX_GROUPS)
-            start = next(labels for labels in steps if labels.max() < _MAX_GROUPS)
+            steps = merged(gate_cells, gate_counts, self.weights, kinds(gate_counts), SEVERAL)
+            start = next(labels for labels in steps if labels.max() < SEVERAL)
         start = np.unique(start, return_inverse=True)[1].reshape(-1)
         best: tuple[float, Ints] | None = None
         labels = start
@@ -324,7 +317,7 @@ class _GateSearch:
                 gain[choice] = 0.0
                 gains[i] = gain.sum()
             else:
-                gains[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0)) - _MIN_GAIN
+                gains[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0)) - MIN_GAIN
         return gains + self.prior
 
     def _mixed(self, apart: Floats) -> Floats:

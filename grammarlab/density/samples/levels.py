@@ -23,7 +23,7 @@ import numpy as np
 from scipy import sparse
 from scipy.special import expit, gammaln
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import MANY, Flags, Floats, Ints
 from grammarlab.density.samples.mixture import Cells, dense
 
 Groups = tuple[tuple[int, ...], ...]
@@ -31,8 +31,6 @@ CONCENTRATIONS = np.array([1.0, 4.0])
 """Candidate weights of the prior, as numbers of derivations by the original grammar; averaged by evidence."""
 _MAX_ENUMERATED = 5
 """Largest number of branches with all partitions; of more, one or two against the rest and all singletons are used."""
-_MAX_PAIRED = 24
-"""Largest number of branches for which pairs against the rest are used."""
 _EXPECTED_CUTS = 2.0
 """Expected number of cuts of a drawn number."""
 _EXTENT_SHARE = 0.5
@@ -220,7 +218,7 @@ def _partitions(size: int) -> tuple[tuple[Groups, float], ...]:
     if size <= _MAX_ENUMERATED:
         partitions = [groups for groups in _all(size) if len(groups) > 1]
     else:
-        subsets = [subset for most in (1, 2)[: 1 + (size <= _MAX_PAIRED)] for subset in combinations(range(size), most)]
+        subsets = [subset for most in (1, 2)[: 1 + (size <= MANY)] for subset in combinations(range(size), most)]
         rest = [tuple(i for i in range(size) if i not in subset) for subset in subsets]
         partitions = [*zip(subsets, rest, strict=True), tuple((i,) for i in range(size))]
     numbers = [len(groups) for groups in partitions]

@@ -19,9 +19,6 @@ from grammarlab.density.samples.mixture import Mixture
 from grammarlab.features.patterns.pattern import Below
 from grammarlab.language.numbering import Branch
 
-_NONE = np.ones(1)
-"""Outside weight of a symbol without states."""
-
 
 @dataclass(frozen=True, slots=True)
 class ContextVariant(Variant):
@@ -171,7 +168,8 @@ class _Kinds:
             for weight, alternative in zip(self.weights[component][symbol], self.alternatives[symbol], strict=True)
         }
         split = self.contexts.num_contexts[key] > 1
-        return ContextVariant(key, _NONE, ways, context=context if split else (), component=component)
+        # A symbol without states has the outside weight 1.
+        return ContextVariant(key, np.ones(1), ways, context=context if split else (), component=component)
 
     def _way(self, component: int, symbol: int, alternative: Alternative, weight: float) -> Way:
         below = self.contexts.children[symbol, alternative.branch]

@@ -24,12 +24,13 @@ from typing import Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 from scipy import sparse
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import MANY, NUM_LEVELS, Floats, Ints
 from grammarlab.density.exact.attributes import AttributeFeature, AttributeParts, attribute_parts
 from grammarlab.density.exact.contexts import Contexts, NoContext, OpenPatterns, ParentEdges
 from grammarlab.density.exact.grammar_text import Origin, write
 from grammarlab.density.exact.inside import InsideWeights
 from grammarlab.density.exact.learned import LearnedGrammar
+from grammarlab.density.exact.splitting import MAX_COMPONENTS
 from grammarlab.density.grammar_skeleton import TreeGrammar
 from grammarlab.density.rounding import EXACT
 from grammarlab.density.samples.choices import Choices, relevant_choices
@@ -58,18 +59,10 @@ Method: TypeAlias = Literal["parameters", "structure", "tied"]
 Header = Callable[[str], Sequence[str]]
 """Function from the name of a method to the comment lines at the top of a file."""
 METHODS: tuple[Method, ...] = get_args(Method)
+MIN_GAIN = 2.0
+"""Gain in nats that further components or guessed groups need beyond chance, since they are the best of many."""
 NUM_SAMPLES = 5_000
 """Default number of models to learn from, as in the paper."""
-MAX_COMPONENTS = 128
-"""Largest number of components at the start."""
-_NUM_RANGES = 12
-"""Number of ranges of a drawn number that the preference reads by its value."""
-_RANGE_COUNTS = (24, 16, 12, 8, 6, 4)
-"""Candidate numbers of ranges of a drawn number; the first one that is not too large is used."""
-_EM_TOLERANCE = 1e-4
-"""Tolerance of EM, in nats, when mixtures are only compared."""
-_MIN_GAIN = 1.0
-"""Smallest gain of another component in nats, over all held-out models."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,7 +180,7 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
     for labels in chain.from_iterable(paths):
         if not _is_candidate(int(labels.max()) + 1):
             continue
-        fit = fit_mixture(cells, counts, weights, labels, _EM_TOLERANCE)
+        fit = fit_mixture(cells, counts, weights, labels)
         mixture = _smoothed(cells, fit.mixture, float(weights.sum()))
         log_joint = mixture.log_ratios(cells, sample.counts)
         explained = sample.weights[is_held_out] * np.logaddexp.reduce(log_joint[is_held_out], axis=1)
@@ -195,7 +188,7 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
     best = max(candidates, key=lambda candidate: float(candidate[1].sum()))[1]
     # One-standard-error rule: smaller differences may be chance.
     near = [
-        candidate for candidate in candidates if (best - candidate[1]).sum() <= _spread(best - candidate[1]) + _MIN_GAIN
+        candidate for candidate in candidates if (best - candidate[1]).sum() <= _spread(best - candidate[1]) + MIN_GAIN
     ]
     return min(near, key=lambda candidate: (candidate[0], -float(candidate[1].sum())))[2]
 
@@ -238,13 +231,15 @@ def written(
 
 def _with_ranges(target: Target, forest: Forest, header: Sequence[str]) -> LearnedGrammar | None:
     """Grammar of the narrowest sub-ranges that is not too large; None if drawn numbers are not the reason."""
-    for number in _RANGE_COUNTS:
+    number = MANY
+    while number > 1:
         try:
             reads, preference = with_ranges(target.grammar, target.reads, target.preference, number)
             if preference is target.preference:
                 return None
             learned = replace(target, reads=reads, preference=preference).compiled(forest, header)
         except InexactError:
+            number //= 2
             continue
         return replace(learned, method="ranges")
     return None
@@ -293,7 +288,7 @@ class _Learner:
             bounds = [feature for feature in features if isinstance(feature, Threshold)]
             by_value = range_ends(grammar, name) and len(bounds) < len(features)
             try:
-                cuts = even_cuts(grammar, name, _NUM_RANGES, bounds) if by_value else features
+                cuts = even_cuts(grammar, name, NUM_LEVELS, bounds) if by_value else features
                 parts.append(attribute_parts(grammar, name, cuts))
             except InexactError as error:
                 self.findings.append(f"${name} keeps its density: {error}")

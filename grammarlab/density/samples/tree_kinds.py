@@ -16,15 +16,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.density.exact.name_words import MOST_NAMED
+from grammarlab.density.samples.sampled import NUM_SAMPLES
 from grammarlab.errors import UsageError
+from grammarlab.features.columns.formula_names import MOST_NAMED
 from grammarlab.preference.base import MIN_SHARE
 from grammarlab.trees.accepted_trees import log_density
 from grammarlab.trees.parameters import COLUMNS, IS_INTEGER, IS_LOG, PARAMETERS, SPREAD
 from grammarlab.trees.species import Kind, Species
 
-MAX_EXAMPLES = 5_000
-"""Largest number of examples that are looked at, evenly taken from all."""
 _CHANCE = 0.01
 """Probability with which examples of the original, from which nothing is to be learned, move an end of a range."""
 _MAX_KINDS = 64
@@ -46,7 +45,7 @@ def species_of_examples(species: Species, rows: Floats) -> Species:
     if not len(rows):
         raise UsageError("there are no example trees to learn from.")
     kind = _kinds_of(species, rows)
-    stride = -(-len(rows) // MAX_EXAMPLES)
+    stride = -(-len(rows) // NUM_SAMPLES)
     rows, kind = rows[::stride], kind[::stride]
     kinds = [
         part

@@ -51,8 +51,9 @@ COMBINATION = "a combination of "
 """What words for a number that is too long to be read begin with."""
 MAX_LENGTH = 160
 """Largest number of characters of words: two lines of a page."""
-_MAX_LISTED = 4
-"""Largest number of elements of a sequence that are all named, and of things that a formula is said to be about."""
+MOST_NAMED = 4
+"""Largest number of elements, things, branches, parts, symbols, kinds or conditions that words, a name or a comment
+list."""
 _ADJACENT = "adjacent"
 _SIGNS: Mapping[str, str] = {
     "+": " + ",
@@ -189,7 +190,7 @@ class _Writer:
         last = self.steps[-1]
         things = list(dict.fromkeys(self._subjects(last)))
         kind = RELATION if is_statement(Formula(tuple(self.steps))) else COMBINATION
-        texts = [kind + _first_of(things, most) for most in range(_MAX_LISTED, 0, -1)]
+        texts = [kind + _first_of(things, most) for most in range(MOST_NAMED, 0, -1)]
         if short := next((text for text in texts if len(text) <= MAX_LENGTH), ""):
             return short
         excess = len(texts[-1]) - MAX_LENGTH
@@ -436,6 +437,6 @@ def _first_of(texts: Sequence[str], most: int) -> str:
 
 
 def _listed(texts: Sequence[str]) -> str:
-    if len(texts) > _MAX_LISTED:
+    if len(texts) > MOST_NAMED:
         return f"{texts[0]} to {texts[-1]} ({len(texts)})"
     return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)

@@ -30,15 +30,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from grammarlab.arrays import MAX_STEPS, Floats, Ints, distinct, distinct_counts, offsets_from_counts, runs
+from grammarlab.arrays import MANY, MAX_STEPS, Floats, Ints, distinct, distinct_counts, offsets_from_counts, runs
 from grammarlab.derivation.forest import Site
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.node_labels import KeyIndex, NodeLabels
 from grammarlab.features.patterns.pattern import Draw
 from grammarlab.features.patterns.tree_index import Trees
-
-_MAX_BRANCHES = 30
-"""Largest number of branches of a choice with counts per branch; otherwise the branch number is a quantity."""
 
 
 class Tally(NamedTuple):
@@ -153,7 +150,7 @@ def count_branches(trees: Trees, index: KeyIndex, grow: bool) -> Tally:
 
 def is_quantity(site: Site) -> bool:
     """Whether its draws are numbers to compare: random numbers, and branch numbers of choices of many branches."""
-    return site.kind == "uniform" or site.choices > _MAX_BRANCHES
+    return site.kind == "uniform" or site.choices > MANY
 
 
 def measure_draws(trees: Trees, index: KeyIndex, grow: bool) -> Tally:

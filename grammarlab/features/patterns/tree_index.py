@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import MAX_STEPS, Floats, Ints, offsets_from_counts
+from grammarlab.arrays import BATCH, MAX_STEPS, Floats, Ints, offsets_from_counts
 from grammarlab.derivation.forest import Forest, Leaves, NodeIds, Reports
 from grammarlab.derivation.materials import Materials
 from grammarlab.errors import UsageError
@@ -21,8 +21,6 @@ from grammarlab.features.patterns.node_labels import NodeLabels
 
 _MAX_CHILDREN = 1 << 23
 """Upper bound on the number of successors of one rule branch, above that of the largest rule file."""
-_MIN_LOOK_ROWS = 64
-"""Smallest number of rows searched for the end of a piece of `Trees._waves`; otherwise twice the previous piece."""
 
 
 class Trees:
@@ -146,13 +144,13 @@ class Trees:
     @cached_property
     def _waves(self) -> list[int]:
         """Cuts of the rows, from 0 to N, such that no row has its parent in its own piece."""
-        cuts, longest = [0], _MIN_LOOK_ROWS
+        cuts, longest = [0], BATCH
         while cuts[-1] < len(self.parent):
             start = cuts[-1]
             inside = self.parent[start : start + longest] >= start
             length = int(inside.argmax()) or len(inside)
             cuts.append(start + length)
-            longest = max(2 * length, _MIN_LOOK_ROWS)
+            longest = max(2 * length, BATCH)
         return cuts
 
     @cached_property

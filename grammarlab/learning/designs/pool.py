@@ -24,7 +24,7 @@ OnProgress = Callable[[int, int], None]
 """Function called with the number of finished designs and the number of all designs."""
 WIDE_FACTOR = 10
 """Factor of the number of samples of the proposal in a wide pool."""
-MAX_WIDE = 50_000
+MAX_WIDE = WIDE_FACTOR * POOL_SIZE
 """Largest number of samples of the proposal in a wide pool, unless the pool had more; it bounds memory and time."""
 _PROPOSAL_STRIDE = 5
 """One design in 5 is a sample of the proposal."""

@@ -15,12 +15,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import ROUNDING, Floats, Ints
-from grammarlab.density.exact.name_words import MOST_NAMED
+from grammarlab.arrays import MANY, ROUNDING, SEVERAL, Floats, Ints
 from grammarlab.features.columns.column_names import BESIDE, threshold_words
 from grammarlab.features.columns.formula_names import (
     COMBINATION,
     MAX_LENGTH,
+    MOST_NAMED,
     ONE_OF,
     RELATION,
     formula_words,
@@ -43,15 +43,11 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.contrasts import choice_of
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.targets.divergence import agreement
-from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, NEGLIGIBLE_SHARE, SCORE_STEP
+from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, MIN_PART, NEGLIGIBLE_SHARE, SCORE_STEP
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
 
 MAX_PARTS = 6
 """Largest number of parts on each side."""
-_MAX_EXAMPLES = 16
-"""Designs with a choice to choose from, since the seed of one may give the same design without it."""
-_MAX_LEAVES = 8
-"""Largest number of leaves of the tree that is described."""
 _MAX_UNEXPLAINED = 0.1
 """Share that words may leave out: of the divergence between the grammar and the learned density by a tree, and of the
 highest score by kinds that are not liked."""
@@ -59,8 +55,6 @@ _MAX_BESIDE_SUM = 0.05
 """Largest share of the variance of scores that a sum of parts does not explain, for a description as a sum."""
 _MIN_POINTS = 3.0
 """Smallest number of points of a described part, and by which kinds differ."""
-_MAX_RARITY = 400
-"""Smallest share of designs of a kind: one in 400."""
 _NO_CHOICE = re.compile(r"^(any|number of) | then ")
 """What names of choices of one symbol do not have."""
 _STATEMENT_STARTS, _STATEMENT_ENDS = (
@@ -170,7 +164,7 @@ def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _ColumnWor
         if near and is_last:
             break  # what is said of places inside others is harder to read than one more condition
         columns = names.order[is_candidate[names.order]]
-        tree = grow(rows, scores, weights, columns, _MAX_LEAVES, len(rows) // _MAX_RARITY)
+        tree = grow(rows, scores, weights, columns, SEVERAL, MIN_PART)
         for size in range(1, min(len(tree), near[0][0] if near else len(tree)) + 1):
             leaf = leaves_of(tree[:size], rows)
             unexplained = agreement(scores, means_of(leaf, size + 1, scores, weights)[leaf], weights).js
@@ -251,7 +245,7 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     def text(indices: Sequence[int]) -> tuple[str, ...]:
         return tuple(f"{names.kind(ranges[index])} ({means[index]:.0f})" for index in indices)
 
-    likes = select(means >= LIKED_SHARE * means.max(), mass * means, _MAX_LEAVES)
+    likes = select(means >= LIKED_SHARE * means.max(), mass * means, SEVERAL)
     likes.sort(key=lambda index: -means[index])
     dislikes = select(means < _MAX_UNEXPLAINED * means.max(), mass, MOST_NAMED)
     are_all = len(likes) + len(dislikes) == np.count_nonzero(mass)
@@ -288,7 +282,7 @@ def _contrasts(
             continue
         without, having = (float(np.average(scores[part], weights=weights[part])) for part in (~has, has))
         best_first = sorted(np.flatnonzero(has[: len(addresses)]).tolist(), key=lambda row: -scores[row])
-        examples = [addresses[row] for row in best_first if not addresses[row].flat][:_MAX_EXAMPLES]
+        examples = [addresses[row] for row in best_first if not addresses[row].flat][:MANY]
         text = " = ".join(table.names[column].removeprefix("number of ").rsplit(" → ", 1))
         yield ContrastWords(text, table.features[column], without, having, tuple(examples))
 

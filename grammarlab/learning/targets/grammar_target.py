@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import BATCH, Floats
 from grammarlab.density.exact.compile import Exactness
 from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.grammar_skeleton import MAX_EXAMINED_MODELS
@@ -34,8 +34,6 @@ LearnedSampler = LearnedGrammar | RejectionSampler
 
 METHODS = ("compile", *sampled.METHODS, "rejection")
 """Methods; rejection makes no grammar."""
-_MAX_LIKED = 500
-"""Largest number of liked models that a file is checked to make."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +125,7 @@ def _liked(space: GrammarSpace, state: State) -> Forest | None:
         low = LIKED_SHARE * answers.scores.max(initial=0.0)
         for design, score in zip(answers.designs, answers.scores.tolist(), strict=True):
             liked[design] = liked.get(design, True) and score >= low > 0.0
-    designs = sorted(design for design, is_liked in liked.items() if is_liked)[:_MAX_LIKED]
+    designs = sorted(design for design, is_liked in liked.items() if is_liked)[:BATCH]
     return space.make(designs) if designs else None
 
 

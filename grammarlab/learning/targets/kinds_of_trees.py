@@ -14,14 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from grammarlab.arrays import Flags, Floats
+from grammarlab.features.columns.formula_names import MOST_NAMED
 from grammarlab.learning.designs.tree_columns import unit_of, words_of_name
 from grammarlab.preference.regression_tree import Split
 from grammarlab.preference.simplified import SimplifiedPreference
 from grammarlab.trees.parameters import COLUMN, COLUMNS, IS_INTEGER, IS_LOG
 from grammarlab.trees.species import Kind, Species
 
-_MAX_CONDITIONS = 4
-"""Largest number of ranges in the words of a kind."""
 _HABITS: Mapping[str, tuple[str, str]] = {
     "scale": ("small", "tall"),
     "ratio": ("slender", "stout"),
@@ -109,8 +108,8 @@ def words_of(species: Species, part: Part) -> str:
     shares = _shares(kind, part)
     narrow = [int(column) for column in np.argsort(shares, kind="stable") if shares[column] < 1.0 - 1e-12]
     habits = [word for column in narrow if (word := _habit(kind, part, column))]
-    conditions = [_range_words(kind, part, column) for column in narrow[:_MAX_CONDITIONS]]
-    conditions += ["…"] if len(narrow) > _MAX_CONDITIONS else []
+    conditions = [_range_words(kind, part, column) for column in narrow[:MOST_NAMED]]
+    conditions += ["…"] if len(narrow) > MOST_NAMED else []
     text = f"{', '.join(habits[:2])}: {', '.join(conditions)}" if habits and conditions else ", ".join(conditions)
     return f"{kind.means}; {text}" if kind.means and text else kind.means or text
 

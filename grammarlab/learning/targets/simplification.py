@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import NUM_LEVELS, Floats, Ints
 from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.explanation import Words, words_of
 from grammarlab.learning.targets.unknown_part import knowledge_of, voices_of
-from grammarlab.preference.base import MAX_SCORE, NUM_LEVELS, SCORE_STEP, AbstractPreference, Relevance
+from grammarlab.preference.base import MAX_SCORE, SCORE_STEP, AbstractPreference, Relevance
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.held_out_share import NUM_FOLDS
 from grammarlab.preference.regression_tree import MAX_CODES, Split, grow, leaves_of, means_of, round_between

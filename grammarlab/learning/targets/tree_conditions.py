@@ -8,10 +8,8 @@ import numpy as np
 
 from grammarlab.features.patterns.conditions import at_least
 from grammarlab.features.patterns.pattern import Draw
+from grammarlab.learning.targets.explanation import MAX_PARTS
 from grammarlab.preference.simplified import SimplifiedPreference
-
-_MAX_CASES = 6
-"""Largest number of leaves with scores above 0 that are listed one by one."""
 
 
 def rule_text(preference: SimplifiedPreference, names: Sequence[str]) -> str:
@@ -28,7 +26,7 @@ def rule_text(preference: SimplifiedPreference, names: Sequence[str]) -> str:
     """
     preference = preference.pruned()
     cases = _cases(preference, names)
-    if not 0 < len(cases) <= _MAX_CASES or any(not condition for condition, _ in cases):
+    if not 0 < len(cases) <= MAX_PARTS or any(not condition for condition, _ in cases):
         return preference.text(lambda column, bound: at_least(Draw(names[column]), bound))
     if all(value == 1.0 for _, value in cases):
         return " or ".join(condition for condition, _ in cases)

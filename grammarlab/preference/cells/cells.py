@@ -13,8 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import MANY
+from grammarlab.arrays import MANY, Floats, Ints
 from grammarlab.preference.person import DISLIKED, Intervals, Person, Singles, log_likelihood, possible_values
 
 _GRID_SHARE = 0.8

@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammarlab.arrays import ROUNDING, Floats
-from grammarlab.preference.base import FEW
+from grammarlab.arrays import FEW, ROUNDING, Floats
 
 
 def values_for_density(posteriors: Floats, grid: Floats, masses: Floats) -> Floats:

@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import FEW, Flags, Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import FEW, MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.base import MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
 from grammarlab.preference.cells.box_search import NUM_CHAINS, find_boxes
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.cells.density_values import values_for_density

@@ -12,8 +12,8 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from grammarlab.arrays import Ints
-from grammarlab.preference.base import FEW, HOPELESS
+from grammarlab.arrays import FEW, Ints
+from grammarlab.preference.base import HOPELESS
 from grammarlab.preference.growth.part_evidence import Evidence
 from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.growth.tree_growth import Others, Tree, TreeGrowth

@@ -13,17 +13,13 @@ from functools import cached_property
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import NUM_LEVELS, Flags, Floats, Ints
 from grammarlab.preference.growth.ranks import ranks_of
 from grammarlab.preference.growth.screening import coarse_bins
 from grammarlab.preference.growth.splits import Names, Reading, Value
 
 _CONTINUOUS_SHARE = 0.15
 """Prior of a continuous group; all others have 1."""
-_MAX_NAMES = 12
-"""Largest number of patterns of a group that are names."""
-_NAMES_OF_GROUP = 0.5
-"""Share of the names of a group in its prior."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,9 +91,9 @@ def _of_group(rows: Floats, columns: Ints, continuous: Flags, scores: Floats) ->
     counts, rest = columns[~continuous[columns]], 1.0
     if len(counts) > 1:
         names = _names(rows, counts, scores)
-        if 2 < len(names.patterns) <= _MAX_NAMES:
-            rest = 1.0 - _NAMES_OF_GROUP
-            yield names, _NAMES_OF_GROUP
+        if 2 < len(names.patterns) <= NUM_LEVELS:
+            rest = len(columns) / (len(columns) + 1.0)
+            yield names, 1.0 - rest
     for column in columns.tolist():
         yield Value(column), rest / len(columns)
 

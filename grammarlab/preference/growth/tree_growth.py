@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import ROUNDING, Floats, Ints
-from grammarlab.preference.base import FEW, HOPELESS, MANY, NUM_LEVELS, SEVERAL
+from grammarlab.arrays import FEW, MANY, NUM_LEVELS, ROUNDING, SEVERAL, Floats, Ints
+from grammarlab.preference.base import HOPELESS
 from grammarlab.preference.growth.cuts import Cuts, all_cuts, best_cuts, price_of_bounds
 from grammarlab.preference.growth.node_bins import node_bins
 from grammarlab.preference.growth.part_evidence import Evidence
@@ -28,8 +28,6 @@ from grammarlab.preference.growth.splits import Split, Value
 
 _IMPROVED_DEPTH = 2
 """Number of levels of nodes that are grown again."""
-_MIN_POSSIBLE_GAIN = 6.0
-"""Gain in nats below which no division is possible: less than the price of a split."""
 _EQUAL = 1e-4
 """Difference in nats below which places of a bound are equally good; then the middle one is taken."""
 
@@ -292,7 +290,7 @@ class TreeGrowth:
         """The best cuts of a node; None if none can explain its scores better than one cell."""
         if len(labels) < 2 or not self.columns.values.shape[1]:
             return None
-        if self.evidence.of_labels(labels) > self.evidence.best_possible(labels) - _MIN_POSSIBLE_GAIN:
+        if self.evidence.of_labels(labels) > self.evidence.best_possible(labels) - self.columns.prices.min():
             return None
         key = labels.tobytes()
         if key not in self._ranked_cache:

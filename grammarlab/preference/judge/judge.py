@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import MANY_COLUMNS, Floats, Ints
 from grammarlab.preference.base import MIN_PART
 from grammarlab.preference.growth.person_search import search
 from grammarlab.preference.growth.screening import coarse_bins, gains
@@ -24,9 +24,6 @@ from grammarlab.preference.judge.votes import Vote, votes
 from grammarlab.preference.judge.weighted_sums import Measures, WeightedSum, weighted_sums
 from grammarlab.preference.lines.line_preference import best_line
 from grammarlab.preference.person import START_PERSONS, Person
-
-_NUM_COMPOSED = 120
-"""Number of composed columns that are compared exactly. More are only slower."""
 
 
 @dataclass(frozen=True)
@@ -138,4 +135,4 @@ def _shortlist(composed: Floats, prices: Floats, tree: Tree, evidence: LeafEvide
     for part in (tree.labels, *(cell for cell in tree.cells() if len(cell) >= MIN_PART)):
         possible = evidence.best_possible(part) - evidence.of_labels(part)
         worth = np.maximum(worth, np.minimum(gains(coarse, part, evidence.scores), possible))
-    return np.sort(np.argsort(prices - worth, kind="stable")[:_NUM_COMPOSED])
+    return np.sort(np.argsort(prices - worth, kind="stable")[:MANY_COLUMNS])

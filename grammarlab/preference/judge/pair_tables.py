@@ -1,6 +1,6 @@
 """Tables of pairs: which alternatives of two choices go together, as the scores say.
 
-The cells of the tables of some choices with all later ones are summed by one product of matrices. A table is a flag,
+The cells of the tables of a choice with all later ones are summed by one product of matrices. A table is a flag,
 the cells with the highest means against the others; its price is that of the choice of the pair, of the number of these
 cells and of the cells.
 """
@@ -13,12 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import MANY
+from grammarlab.arrays import MANY, Floats, Ints
 from grammarlab.preference.growth.screening import gain_of_share
-
-_BLOCK = 16
-"""Number of choices whose tables with all later ones are summed at once: memory grows with the number of choices."""
 
 
 class PairTable(NamedTuple):
@@ -70,20 +66,19 @@ def _explained(numbers: Ints, centred: Floats) -> tuple[Floats, Floats]:
     held = np.zeros((len(numbers), int(widths.sum())))
     held[np.arange(len(numbers))[:, None], starts + numbers] = 1.0
     shares, cells = np.zeros((num, num)), np.zeros((num, num))
-    for one in range(0, num, _BLOCK):
-        here = slice(one, min(one + _BLOCK, num))
-        of_here, later = held[:, starts[one] : starts[here][-1] + widths[here][-1]], held[:, starts[one] :]
-        counts, sums = of_here.T @ later, (of_here * centred[:, None]).T @ later
-        places = starts[here] - starts[one], starts[one:] - starts[one]
-        shares[here, one:] = _of_tables(sums**2 / np.maximum(counts, 1.0), *places)
-        cells[here, one:] = _of_tables((counts > 0.0).astype(np.float64), *places)
+    for one in range(num):
+        of_one, later = held[:, starts[one] : starts[one] + widths[one]], held[:, starts[one] :]
+        counts, sums = of_one.T @ later, (of_one * centred[:, None]).T @ later
+        places = starts[one:] - starts[one]
+        shares[one, one:] = _of_tables(sums**2 / np.maximum(counts, 1.0), places)
+        cells[one, one:] = _of_tables((counts > 0.0).astype(np.float64), places)
     # Scores may differ by less than any normal number.
     return shares / max(float(centred @ centred), np.finfo(np.float64).tiny), cells
 
 
-def _of_tables(cells: Floats, rows: Ints, columns: Ints) -> Floats:
-    """[R, C] sums over the cells [A, B] of each table, from the first ones of their rows [R] and columns [C]."""
-    return np.add.reduceat(np.add.reduceat(cells, rows, axis=0), columns, axis=1)
+def _of_tables(cells: Floats, columns: Ints) -> Floats:
+    """[C] sums over the cells [A, B] of each table, from the first ones of their columns [C]."""
+    return np.add.reduceat(cells.sum(axis=0), columns)
 
 
 def _chosen(pairs: Ints, centred: Floats) -> tuple[tuple[int, int], ...]:

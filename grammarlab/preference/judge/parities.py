@@ -12,8 +12,7 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats
-from grammarlab.preference.base import FEW
+from grammarlab.arrays import FEW, Flags, Floats
 
 Words = NDArray[np.uint64]
 

@@ -21,12 +21,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import MANY, Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.person import VALUE_STEP
 
-_MAX_REPEATED = 24
-"""Largest number of different scores that may be a few repeated ones: each is a part of its own."""
 _ALPHA = 0.5
 """Alpha of a node, and for smooth distributions of the first nodes: Jeffreys' prior."""
 
@@ -55,7 +53,7 @@ class UnexplainedScores:
     def of(cls, scores: Floats) -> UnexplainedScores:
         """The evidence of subsets of scores [n], 0-100."""
         points = np.rint(scores)
-        parts = _parts(1 if len(np.unique(points)) <= _MAX_REPEATED else int(VALUE_STEP))
+        parts = _parts(1 if len(np.unique(points)) <= MANY else int(VALUE_STEP))
         low, high, depth, is_halved = (np.array(column) for column in zip(*parts, strict=True))
         inside, numbers = (points[:, None] >= low) & (points[:, None] <= high), np.arange(len(scores) + 1)
         even = -numbers * np.log(high - low + 1)[:, None]

@@ -4,7 +4,7 @@ The order of scores is data. Two hypotheses divide them between two voices, each
 scores have another one than the earlier ones, or turns of a few scores have one and the other in turn. They are judged
 like any explanation (`grammarlab.preference.judge.judge`): the total of two trees, one for each voice, less the price
 of the division, against the total of the best tree of all scores. The price is log 2 for the kind of division, log n
-for the place of a change or the log of the number of lengths of turns, and the log of prior odds: most persons agree
+for the place of a change or the length of turns, and the log of prior odds: most persons agree
 with themselves.
 
 A file may be sorted by score or by a column of designs, which is no disagreement. So scores of a sorted file are those
@@ -23,8 +23,8 @@ from typing import Literal
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Floats, Ints
-from grammarlab.preference.base import MANY, MIN_PART, ODDS_OF_SIMPLER
+from grammarlab.arrays import MANY, Flags, Floats, Ints
+from grammarlab.preference.base import MIN_PART, ODDS_OF_SIMPLER
 from grammarlab.preference.growth.person_search import most_likely, search
 from grammarlab.preference.growth.screening import coarse_bins, gains_of_parts
 from grammarlab.preference.growth.tree_growth import Tree, TreeGrowth
@@ -34,8 +34,6 @@ from grammarlab.preference.person import START_PERSONS, Person
 
 Kind = Literal["change", "turns"]
 
-LENGTHS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32)
-"""Possible numbers of scores of a turn."""
 _LEVEL_SHARE = 0.5
 """Share of the gain by levels of scores that does not count."""
 
@@ -63,8 +61,7 @@ class Division:
     @property
     def price(self) -> float:
         """Description length, with the prior odds, in nats."""
-        places = len(self.is_second) if self.kind == "change" else len(LENGTHS)
-        return float(np.log(2.0) + np.log(places) + np.log(ODDS_OF_SIMPLER))
+        return float(np.log(2.0) + np.log(len(self.is_second)) + np.log(ODDS_OF_SIMPLER))
 
     @property
     def voices(self) -> tuple[Ints, Ints]:
@@ -121,7 +118,7 @@ def _divisions(num: int) -> Iterator[Division]:
     if num >= 2 * MIN_PART:
         places = np.unique(np.linspace(MIN_PART, num - MIN_PART, MANY).round().astype(np.int64))
         yield from (Division.at(place, num) for place in places.tolist())
-        yield from (Division.by_turns(length, num) for length in LENGTHS if 2 * length + MIN_PART <= num)
+        yield from (Division.by_turns(length, num) for length in range(1, min((num - MIN_PART) // 2, MANY) + 1))
 
 
 def _worth(columns: Floats, prices: Floats, scores: Floats, divisions: Sequence[Division]) -> Floats:

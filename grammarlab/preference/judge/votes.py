@@ -13,15 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats
-from grammarlab.preference.base import MANY
+from grammarlab.arrays import MANY, Floats
 from grammarlab.preference.growth.screening import explained
 from grammarlab.preference.judge.parities import odd_sets
 
 MAX_TERMS = 5
 """Largest number of columns of a sum, and of flags that are counted together."""
-_KINDS = float(np.log(3.0))
-"""Price of the kind of a vote: either of two, an odd number of several, or how many."""
 _MAX_PAIRED = 1_000
 """Largest number of flags of which pairs are tried, those that are most even."""
 
@@ -54,7 +51,9 @@ def votes(flags: Floats, scores: Floats) -> list[Vote]:
     """
     if flags.shape[1] < 2 or not np.ptp(scores) > 0.0:
         return []
-    return [*_pairs(flags, scores), *_odd(flags, scores), *_numbers(flags, scores)]
+    kinds = _pairs, _odd, _numbers
+    of_kind = float(np.log(len(kinds)))
+    return [vote._replace(price=of_kind + vote.price) for kind in kinds for vote in kind(flags, scores)]
 
 
 def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
@@ -66,7 +65,7 @@ def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
     products = (signs * centred[:, None]).T @ signs / np.sqrt(np.maximum(1.0 - means**2, 1e-6))
     first, second = np.triu_indices(len(even), 1)
     order = np.argsort(-np.abs(products[first, second]), kind="stable")[:MANY]
-    price = _KINDS + float(np.log(comb(flags.shape[1], 2)))
+    price = float(np.log(comb(flags.shape[1], 2)))
     for index in order.tolist():
         yield Vote((int(even[first[index]]), int(even[second[index]])), (1, 1), True, price)
 
@@ -74,7 +73,7 @@ def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
 def _odd(flags: Floats, scores: Floats) -> Iterator[Vote]:
     """An odd number of several flags."""
     for members in odd_sets(flags, scores > (scores.min() + scores.max()) / 2.0, MAX_TERMS):
-        price = _KINDS + float(np.log(comb(flags.shape[1], len(members))) + np.log(MAX_TERMS - 2))
+        price = float(np.log(comb(flags.shape[1], len(members))) + np.log(MAX_TERMS - 2))
         yield Vote(members, (1,) * len(members), True, price)
 
 
@@ -96,7 +95,7 @@ def _numbers(flags: Floats, scores: Floats) -> Iterator[Vote]:
                     found[frozenset((*members, flag))] = float(worth[flag])
         ranked = sorted(found, key=lambda members: (-found[members], sorted(members)))
         beam = [tuple(sorted(members)) for members in ranked[:MANY]]
-        price = _KINDS + float(np.log(comb(width, size)) + size * np.log(2.0) + np.log(MAX_TERMS - 1))
+        price = float(np.log(comb(width, size)) + size * np.log(2.0) + np.log(MAX_TERMS - 1))
         for members in beam:
             yield Vote(
                 tuple(member % width for member in members),

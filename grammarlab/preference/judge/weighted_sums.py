@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
-from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
-from grammarlab.preference.base import FEW, NUM_LEVELS, SEVERAL
+from grammarlab.arrays import FEW, MANY_COLUMNS, NUM_LEVELS, ROUNDING, SEVERAL, Flags, Floats, Ints
 from grammarlab.preference.growth.cuts import best_cuts
 from grammarlab.preference.growth.node_bins import node_bins
 from grammarlab.preference.growth.screening import COARSE_BINS, gain_of_share
@@ -35,9 +34,6 @@ _STEPS = (0.25, 0.125, 0.0625)
 """Steps of weights, relative to the largest, all for columns of standard deviation 1."""
 _SAME = 0.98
 """Correlation of columns from which on they are one, the cheaper of the two."""
-_MAX_GROWING = 120
-"""Largest number of columns with which sums begin, numbers before flags and then the cheapest first. More are only
-slower."""
 
 
 class Measures(NamedTuple):
@@ -161,7 +157,8 @@ class _Waves:
         Sums with a column exchanged or left out are offered, but do not grow.
         """
         numbers = np.array([len(np.unique(column)) > COARSE_BINS for column in self.columns.T])
-        roots = np.argsort(~numbers, kind="stable")[:_MAX_GROWING]
+        # Numbers before flags, and then the cheapest first.
+        roots = np.argsort(~numbers, kind="stable")[:MANY_COLUMNS]
         waves = [_Wave((root,), np.ones(1), 0.0) for root in roots.tolist()]
         for _ in range(min(MAX_TERMS, len(self.prices)) - 1):
             waves = self._fitted(self._longer(waves))

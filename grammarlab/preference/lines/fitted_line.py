@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from grammarlab.arrays import Floats
-from grammarlab.preference.base import MIDDLE
+from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.lines.line_scores import LineScores
 from grammarlab.preference.lines.newton import Height, climbed
 
@@ -21,8 +21,6 @@ POINTS = 15.0
 """Standard deviation of the points per standard deviation of a column, before any score."""
 SOFTNESS = 0.2
 """Standard deviation of the normal numbers that are added to sums, in points."""
-WIDE = 20.0
-"""The same at the beginning of a search, which then has slopes everywhere."""
 LEAST_SLOPE = 0.15
 """Smallest slope of a value by its sum, for how certain points are: scores of sums beyond an end bind these from one
 side."""
@@ -51,9 +49,7 @@ class FittedLine:
         return design @ self.points, np.einsum("mk,mk->m", away, away)
 
 
-def fitted(
-    table: Floats, terms: tuple[int, ...], scores: LineScores, start: Floats, *, wide: bool = False
-) -> FittedLine:
+def fitted(table: Floats, terms: tuple[int, ...], scores: LineScores, start: Floats) -> FittedLine:
     """The most likely points of some columns.
 
     Args:
@@ -61,14 +57,12 @@ def fitted(
         terms: the columns.
         scores: the n scores.
         start: [k + 1] points that the search starts with.
-        wide: whether to start with slopes everywhere, for points that are not near the best ones yet.
     """
-    design, points = with_ones(table[:, list(terms)]), start
+    design = with_ones(table[:, list(terms)])
     prior, middle = prior_precision(len(terms)), np.zeros(len(terms) + 1)
     # Points of the mean design are normal around the middle, with a standard deviation as large as that.
-    middle[0] = MIDDLE
-    for softness in (WIDE, SOFTNESS) if wide else (SOFTNESS,):
-        points = climbed(partial(_height, design, scores, prior, middle, softness), points)
+    middle[0] = MAX_SCORE / 2.0
+    points = climbed(partial(_height, design, scores, prior, middle), start)
     slopes = scores.slopes(design @ points, SOFTNESS, LEAST_SLOPE)
     precision = (design.T * slopes.curvature) @ design + np.diag(prior)
     evidence = slopes.log_likelihood - 0.5 * prior @ (points - middle) ** 2
@@ -76,11 +70,9 @@ def fitted(
     return FittedLine(terms, points, precision, float(evidence), scores)
 
 
-def _height(
-    design: Floats, scores: LineScores, prior: Floats, middle: Floats, softness: float, points: Floats
-) -> Height:
+def _height(design: Floats, scores: LineScores, prior: Floats, middle: Floats, points: Floats) -> Height:
     """Log-posterior of points."""
-    slopes, away = scores.slopes(design @ points, softness), points - middle
+    slopes, away = scores.slopes(design @ points, SOFTNESS), points - middle
     return Height(
         slopes.log_likelihood - 0.5 * float(prior @ away**2),
         design.T @ slopes.first - prior * away,
@@ -90,7 +82,7 @@ def _height(
 
 def prior_precision(num_terms: int) -> Floats:
     """[k + 1] inverse variance of the points before any score."""
-    return np.append(1.0 / MIDDLE**2, np.full(num_terms, 1.0 / POINTS**2))
+    return np.append((2.0 / MAX_SCORE) ** 2, np.full(num_terms, 1.0 / POINTS**2))
 
 
 def with_ones(table: Floats) -> Floats:

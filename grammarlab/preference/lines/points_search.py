@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import gammaln
 
-from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.base import FEW, MAX_SCORE
+from grammarlab.arrays import FEW, Floats, Ints
+from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.lines.fitted_line import LEAST_SLOPE, POINTS, SOFTNESS, FittedLine, fitted, with_ones
 from grammarlab.preference.lines.line_scores import LineScores
 from grammarlab.preference.person import BLUNDERS, NOISES, START_PERSONS, Person
@@ -65,10 +65,10 @@ class LineSearch:
 
     def _grow(self, scores: LineScores) -> None:
         middle = np.clip([self.scores.mean()], 1.0, MAX_SCORE - 1.0)
-        line = self._try((), scores, middle, wide=True)
+        line = self._try((), scores, middle)
         highest, patience = self.total(line), FEW
         while patience and len(following := self._following(line, 1)):
-            line = self._try((*line.terms, int(following[0])), scores, np.append(line.points, 0.0), wide=True)
+            line = self._try((*line.terms, int(following[0])), scores, np.append(line.points, 0.0))
             patience = FEW if self.total(line) > highest else patience - 1
             highest = max(highest, self.total(line))
 
@@ -92,9 +92,9 @@ class LineSearch:
                 if column not in line.terms:
                     self._try((*fewer.terms, column), line.scores, np.append(fewer.points, 0.0))
 
-    def _try(self, terms: tuple[int, ...], scores: LineScores, start: Floats, *, wide: bool = False) -> FittedLine:
+    def _try(self, terms: tuple[int, ...], scores: LineScores, start: Floats) -> FittedLine:
         key = tuple(sorted(terms)), scores.person
-        line = fitted(self.table, terms, scores, start, wide=wide)
+        line = fitted(self.table, terms, scores, start)
         if key not in self.tried or line.log_evidence > self.tried[key].log_evidence:
             self.tried[key] = line
         return line

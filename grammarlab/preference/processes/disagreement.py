@@ -16,6 +16,7 @@ from scipy.linalg import solve_triangular
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.observations import Observations, observe
 from grammarlab.preference.processes.grouped import Explanation, GroupedPreference
+from grammarlab.preference.processes.grouped_search import NOISE
 from grammarlab.preference.processes.posterior import Hyperparameters, blas_libraries, condition, squared_distances
 
 CAUTION_DISTANCE = 0.4
@@ -28,8 +29,6 @@ TEMPERATURE = 10.0
 """Shares of explanations are raised to one over this, since worse explanations may be nearer the truth."""
 _MIN_SHARE = 0.05
 """Smallest share of an explanation; those below it are left out."""
-_MIN_NOISE = 1e-4
-"""Least noise as a share of the squared highest score; it keeps the covariance of nearly equal models regular."""
 
 
 def joint(preference: GroupedPreference, rows: Floats, least: Floats) -> tuple[Floats, Floats]:
@@ -153,7 +152,8 @@ def unexplained(scored_rows: Floats, rows: Floats, weights: Floats, amplitude: f
 def _cautious(preference: GroupedPreference, explanation: Explanation, least: Floats) -> Hyperparameters:
     """The kernel of an explanation, with least weights and a least noise."""
     fitted = explanation.posterior.hyperparameters
-    noise = max(fitted.noise, _MIN_NOISE * preference.highest**2)
+    # Less would make the covariance of nearly equal models singular.
+    noise = max(fitted.noise, NOISE[0] * preference.highest**2)
     return Hyperparameters(fitted.amplitude, np.maximum(fitted.weights, least), noise)
 
 

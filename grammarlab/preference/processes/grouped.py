@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.arrays import ROUNDING, Floats, Ints
+from grammarlab.arrays import FEW, ROUNDING, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import (
-    FEW,
     MANY_LABELS,
     MAX_SCORE,
     MIN_SHARE,

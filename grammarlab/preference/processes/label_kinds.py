@@ -17,7 +17,7 @@ from scipy.linalg import cholesky, solve_triangular
 
 from grammarlab.arrays import MAX_STEPS, Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MAX_SCORE, MIDDLE, Rows, dense_rows
+from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
 from grammarlab.preference.labels import COMPARISONS, Kind
 from grammarlab.preference.observations import Differences, Observations, checked_labels, observe
 from grammarlab.preference.person import (
@@ -27,6 +27,7 @@ from grammarlab.preference.person import (
     intervals_of,
     intervals_of_kinds,
     matched,
+    possible_values,
 )
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
 
@@ -36,8 +37,6 @@ _DAMPING = 0.7
 """Step of a site towards its new value in a sweep; all sites move at once, so full steps would overshoot."""
 _TOLERANCE = 1e-4
 """Change of a mean, as a share of its deviation, below which sweeps end."""
-_MIDDLE_GRID = np.arange(5.0, 96.0, 2.5)
-"""Candidate values at which thumbs turn, in points."""
 _SD_OF_MIDDLE = 20.0
 """Standard deviation of the middle of people, around 50."""
 
@@ -248,18 +247,19 @@ def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float
     """Value at which a person's thumbs turn, from the scores of the models; 50 without scores."""
     thumbs = np.array([kind == "thumb" for kind in judgements.kinds])
     if not thumbs.any() or not judgements.num_scores:
-        return MIDDLE
+        return MAX_SCORE / 2.0
     mean, covariance = _given_scores(judgements, hyperparameters)
     rows = judgements.first[thumbs]
     thumb_labels = judgements.take(np.flatnonzero(thumbs))
     noise = max(float(np.sqrt(hyperparameters.noise)), MODEL_NOISE)
     values, variances = mean[rows], np.maximum(np.diagonal(covariance)[rows], 1e-9)
+    candidates = possible_values()[1:-1]
     log_posteriors = [
         float(matched(thumb_labels.intervals(middle), values, variances, noise, START_BLUNDERS)[0].sum())
-        - 0.5 * ((middle - MIDDLE) / _SD_OF_MIDDLE) ** 2
-        for middle in _MIDDLE_GRID.tolist()
+        - 0.5 * ((middle - MAX_SCORE / 2.0) / _SD_OF_MIDDLE) ** 2
+        for middle in candidates.tolist()
     ]
-    return float(_MIDDLE_GRID[int(np.argmax(log_posteriors))])
+    return float(candidates[int(np.argmax(log_posteriors))])
 
 
 def _given_scores(judgements: Judgements, hyperparameters: Hyperparameters) -> tuple[Floats, Floats]:

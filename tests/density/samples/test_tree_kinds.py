@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from grammarlab.arrays import Flags, Floats
-from grammarlab.density.samples.tree_kinds import MAX_EXAMPLES, species_of_examples
+from grammarlab.density.samples.sampled import NUM_SAMPLES
+from grammarlab.density.samples.tree_kinds import species_of_examples
 from grammarlab.errors import UsageError
 from grammarlab.randomness import root_keys
 from grammarlab.trees.accepted_trees import log_density
@@ -111,7 +112,7 @@ def test_each_kind_learns_from_its_own_examples():
 
 
 def test_of_very_many_examples_some_are_looked_at():
-    rows = rows_of(SPECIES, MAX_EXAMPLES + 3)
+    rows = rows_of(SPECIES, NUM_SAMPLES + 3)
     assert write(species_of_examples(SPECIES, rows)) == write(SPECIES)
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import grammarlab as gl
-from grammarlab.density.exact.name_words import MOST_NAMED
 from grammarlab.evaluation.preparation import true_scores
+from grammarlab.features.columns.formula_names import MOST_NAMED
 from grammarlab.features.patterns.pattern import Draw, Formula, Pattern
 from grammarlab.learning.designs.design_tables import Columns, DesignTable
 from grammarlab.learning.designs.pool import Pool

@@ -55,15 +55,15 @@ def test_columns_that_order_designs_alike_share_their_probability():
     assert probability(both, Value(0)) == probability(both, Value(3)) == pytest.approx(0.5)
 
 
-def test_a_group_has_one_share_and_its_names_half_of_it():
+def test_a_group_has_one_share_and_its_names_that_of_a_column():
     choice = np.array([0, 1, 2, 2, 1, 0, 1, 2] * 3)
     rows = np.column_stack([np.eye(3)[choice], np.tile([0.0, 1.0, 1.0, 0.0], 6)])
     columns = columns_of(rows, [0, 0, 0, 1], scores=np.array([30.0, 0.0, 90.0])[choice])
     names = next(reading for reading in columns.readings if isinstance(reading, Names))
     # In the order of mean scores: the second, the first, the third.
     assert names.patterns.tolist() == np.eye(3)[[1, 0, 2]].tolist()
-    assert probability(columns, names) == pytest.approx(0.25)
-    assert [probability(columns, Value(column)) for column in range(4)] == pytest.approx([0.25 / 3.0] * 3 + [0.5])
+    assert probability(columns, names) == pytest.approx(0.125)
+    assert [probability(columns, Value(column)) for column in range(4)] == pytest.approx([0.125] * 3 + [0.5])
 
 
 def test_a_continuous_column_has_a_smaller_share_than_a_count():

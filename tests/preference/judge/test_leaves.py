@@ -20,7 +20,7 @@ def of_all(scores):
 
 @pytest.mark.parametrize("most_repeated", [1000, 24], ids=["each point", "parts of four points"])
 def test_unexplained_scores_are_a_distribution(monkeypatch, most_repeated):
-    monkeypatch.setattr(unexplained_scores, "_MAX_REPEATED", most_repeated)
+    monkeypatch.setattr(unexplained_scores, "MANY", most_repeated)
     evidence = UnexplainedScores.of(np.arange(101.0))
     single = evidence.members
     assert np.exp(evidence.log_evidence(single)).sum() == pytest.approx(1.0)

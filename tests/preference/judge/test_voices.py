@@ -8,7 +8,6 @@ from grammarlab.preference.growth.screening import coarse_bins, gains, gains_of_
 from grammarlab.preference.growth.tree_growth import TreeGrowth
 from grammarlab.preference.judge.labelled_columns import Labels
 from grammarlab.preference.judge.voices import (
-    LENGTHS,
     Division,
     _explained,
     _predicted,
@@ -110,7 +109,10 @@ def test_few_scores_and_equal_ones_are_of_one_person(num):
 
 def test_prices_are_logs_of_probabilities():
     num = 40
-    changes, turns = [Division.at(place, num) for place in range(num)], [Division.by_turns(n, num) for n in LENGTHS]
+    changes, turns = (
+        [Division.at(place, num) for place in range(num)],
+        [Division.by_turns(n + 1, num) for n in range(num)],
+    )
     chances = sum(np.exp(-division.price) for division in changes + turns)
     assert chances == pytest.approx(1.0 / ODDS_OF_SIMPLER)
 

@@ -63,7 +63,7 @@ def test_the_evidence_of_columns_is_an_integral_over_points():
     both = np.array(likelihood) + prior
     cell = (middles[1] - middles[0]) * (points[1] - points[0])
     expected = both.max() + np.log(np.exp(both - both.max()).sum() * cell)
-    line = fitted(table, (0,), scores, np.array([50.0, 0.0]), wide=True)
+    line = fitted(table, (0,), scores, np.array([50.0, 0.0]))
     assert line.log_evidence == pytest.approx(expected, abs=0.1)
     posterior = np.exp(both - both.max())
     posterior /= posterior.sum()
@@ -95,7 +95,7 @@ def test_the_best_of_all_small_lines_is_found():
     search.run()
     person = search.best.scores
     sets = [tuple(np.flatnonzero([number >> bit & 1 for bit in range(7)]).tolist()) for number in range(128)]
-    every = [fitted(search.table, terms, person, np.append(30.0, np.zeros(len(terms))), wide=True) for terms in sets]
+    every = [fitted(search.table, terms, person, np.append(30.0, np.zeros(len(terms)))) for terms in sets]
     assert set(search.best.terms) == set(max(every, key=search.total).terms) == {1, 4}
 
 

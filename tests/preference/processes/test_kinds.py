@@ -10,7 +10,6 @@ from grammarlab.learning.fitting import fit
 from grammarlab.preference import blended, mixed
 from grammarlab.preference.labels import Kind
 from grammarlab.preference.person import (
-    STAR_HALF_STEP,
     START_BLUNDERS,
     TIE_DIFFERENCE,
     intervals_of,
@@ -265,6 +264,6 @@ def test_tables_of_other_sizes_are_refused():
 
 def test_stars_are_half_a_step_wide():
     answers = said(many("stars", 5), STARS)
-    np.testing.assert_allclose(answers.low[1:], STARS[1:] - STAR_HALF_STEP)
-    np.testing.assert_allclose(answers.high[:-1], STARS[:-1] + STAR_HALF_STEP)
+    np.testing.assert_allclose(answers.low[1:], (STARS[1:] + STARS[:-1]) / 2.0)
+    np.testing.assert_allclose(answers.high[:-1], (STARS[1:] + STARS[:-1]) / 2.0)
     assert isinstance(judged(["stars"], [0.0]), Judgements)
