@@ -307,7 +307,13 @@ def _factor(
     numbers = [str(number) for number in range(len(group_names))]
     shares = {int(relevance.name): relevance for relevance in preference.explain(numbers)}
     relevances = tuple(replace(shares[number], name=name) for number, name in enumerate(group_names))
-    factor = SimplifiedFactor(name, num_labels, relevances, predicted, num_comparisons=num_comparisons)
+    factor = SimplifiedFactor(
+        name=name,
+        num_labels=num_labels,
+        relevances=relevances,
+        predicted=predicted,
+        num_comparisons=num_comparisons,
+    )
     if not isinstance(preference, BlendedPreference):
         return factor
     return replace(factor, unexplained=preference.unexplained, explained=preference.explained_variance)
