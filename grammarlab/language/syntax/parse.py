@@ -6,16 +6,15 @@ takes the remaining length. Only a part that begins with a block can be distingu
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 from lark import Lark, UnexpectedToken
 from lark import Token as LarkToken
 from lark.lexer import Lexer
-from lark.parsers.lalr_analysis import Shift
 
 from grammarlab.errors import Finding, Location
 from grammarlab.language.syntax.outline import Chunk, outline
@@ -86,94 +85,19 @@ def _parse_definition(chunk: Chunk) -> Definition | Version | Finding | None:
         return None
     tokens = _with_sizes(chunk.tokens)
     last = tokens[-1]
-    words = [*tokens, Token("$END", "", last.location, last.end, last.end)]
-    try:
-        tree, position = read_words(words, tables())
-    except MistakeError as mistake:
-        return mistake.finding
-    if position < len(words):
-        from grammarlab.language.syntax.mistakes import explain  # noqa: PLC0415  # most files have none
+    end = Token("$END", "", last.location, last.end, last.end)
+    state = _parser().parse_interactive()
+    result: Any = None
+    for position, token in enumerate((*tokens, end)):
+        try:
+            result = state.feed_token(cast(LarkToken, token))
+        except UnexpectedToken:
+            from grammarlab.language.syntax.mistakes import explain  # noqa: PLC0415  # most files have none
 
-        return explain(tokens, position, _expected(words[: position + 1]))
-    return tree
-
-
-class Reduction(NamedTuple):
-    """What is done when a rule of the parser's grammar is complete."""
-
-    size: int
-    """Number of its symbols."""
-    make: Callable[[list[Any]], Any]
-    """Its value, from those of its symbols."""
-    following: Mapping[Any, Any]
-    """State after it, by the state before it."""
-
-
-class Tables(NamedTuple):
-    """The tables of the parser that Lark makes."""
-
-    actions: Mapping[Any, Mapping[str, Any]]
-    """For each state, by type of the next word, a `Reduction` or the next state."""
-    first: Any
-    last: Any
-
-
-def read_words(words: Sequence[Token], tables: Tables) -> tuple[Any, int]:
-    """The value of words that end with ``$END``, and the number of words that were read: not all after an error.
-
-    Lark's own loop over the same tables takes twice as long: it hashes and compares rules at every step.
-    """
-    actions, states, values = tables.actions, [tables.first], []
-    for position, word in enumerate(words):
-        action = actions[states[-1]].get(word.type)
-        while type(action) is Reduction:
-            size, make, following = action
-            begin = len(values) - size
-            value = make(values[begin:])
-            del values[begin:], states[begin + 1 :]
-            values.append(value)
-            states.append(following[states[-1]])
-            if states[-1] == tables.last:
-                return value, len(words)
-            action = actions[states[-1]].get(word.type)
-        if action is None:
-            return None, position
-        states.append(action)
-        values.append(word)
-    return None, len(words)
-
-
-def _expected(words: Sequence[Token]) -> frozenset[str]:
-    """Types of the words that may stand in place of the last one."""
-    state = lark_parser().parse_interactive()
-    try:
-        for word in words:
-            state.feed_token(cast(LarkToken, word))
-    except UnexpectedToken:
-        pass
-    return frozenset(state.accepts())
-
-
-@cache
-def tables() -> Tables:
-    """The tables of Lark's parser, with what each rule makes beside its place in them."""
-    conf = lark_parser().parse_interactive().parser_state.parse_conf
-    following: dict[str, dict[Any, Any]] = {}
-    for state, row in conf.states.items():
-        for symbol, (action, target) in row.items():
-            if action is Shift:
-                following.setdefault(str(symbol), {})[state] = target
-    reductions = {
-        rule: Reduction(len(rule.expansion), make, following.get(rule.origin.name, {}))
-        for rule, make in cast("Mapping[Any, Any]", conf.callbacks).items()
-    }
-    actions = {
-        state: {
-            str(symbol): target if action is Shift else reductions[target] for symbol, (action, target) in row.items()
-        }
-        for state, row in conf.states.items()
-    }
-    return Tables(actions, conf.start_state, conf.end_state)
+            return explain(tokens, position, frozenset(state.accepts()))
+        except MistakeError as mistake:
+            return mistake.finding
+    return result
 
 
 def _with_sizes(tokens: Sequence[Token]) -> list[Token]:
@@ -232,8 +156,7 @@ def _follows_split(tokens: Sequence[Token], index: int, partners: dict[int, int]
 
 
 @cache
-def lark_parser() -> Lark:
-    """The parser of definitions, which is fed with words."""
+def _parser() -> Lark:
     grammar = Path(__file__).with_name("cga.lark").read_text(encoding="utf-8")
     return Lark(
         grammar,

@@ -1,13 +1,8 @@
 """What texts mean."""
 
-import random
-
 import pytest
-from lark import UnexpectedToken
 
 from grammarlab.language.grammar import Grammar
-from grammarlab.language.syntax.outline import outline
-from grammarlab.language.syntax.parse import lark_parser, read_words, tables
 from grammarlab.language.syntax.syntax_tree import (
     Annotation,
     Array,
@@ -33,10 +28,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Style,
     Unary,
 )
-from grammarlab.language.syntax.tokens import Token, tokenize
-from grammarlab.language.syntax.tree_building import MistakeError
 from tests.language.syntax.read import definitions, items, rule_body, value
-from tests.whole_grammars import WHOLE
 
 A, B, C = (Sequence((Invoke(name),)) for name in "ABC")
 
@@ -220,38 +212,3 @@ def test_locations_underline_what_they_name():
     name = operation.arguments[1]
     assert (operation.location.line, operation.location.column, operation.location.length) == (2, 3, 24)
     assert (name.location.line, name.location.column, name.location.length) == (2, 21, 5)
-
-
-def read_by_lark(words):
-    """The value of words and how many were read, by Lark's own loop."""
-    state = lark_parser().parse_interactive()
-    result = None
-    for position, word in enumerate(words):
-        try:
-            result = state.feed_token(word)
-        except UnexpectedToken:
-            return None, position
-    return result, len(words)
-
-
-def outcome(read, words):
-    try:
-        return read(words)
-    except MistakeError as mistake:
-        return mistake.finding
-
-
-@pytest.mark.parametrize("path", WHOLE, ids=lambda path: path.stem)
-def test_words_are_read_as_by_lark_with_and_without_mistakes(path):
-    draw = random.Random(path.stem)
-    chunks = outline(tokenize(path.read_text(encoding="utf-8"))).chunks
-    stopped = 0
-    for chunk in draw.sample(chunks, min(40, len(chunks))):
-        last = chunk.tokens[-1]
-        end = Token("$END", "", last.location, last.end, last.end)
-        place = draw.randrange(len(chunk.tokens))
-        for words in ([*chunk.tokens, end], [*chunk.tokens[:place], *chunk.tokens[place + 1 :], end]):
-            expected = outcome(read_by_lark, words)
-            assert outcome(lambda words: read_words(words, tables()), words) == expected
-            stopped += isinstance(expected, tuple) and expected[1] < len(words)
-    assert stopped > 0
