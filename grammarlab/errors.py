@@ -81,8 +81,10 @@ class Finding:
         head = printable(f"{self.location}: {self.severity}: {self.message} [{self.code}]")
         parts = [head]
         if 1 <= self.location.line <= len(lines):
-            line = lines[self.location.line - 1]
-            start = min(self.location.column - 1, len(line))
+            # Without indentation, since many tabs end beyond the edge of the window.
+            line = lines[self.location.line - 1].lstrip()
+            indent = len(lines[self.location.line - 1]) - len(line)
+            start = min(max(self.location.column - 1 - indent, 0), len(line))
             if len(line) > _WIDEST:  # a window around the place
                 first = max(0, start - _WIDEST // 2)
                 line, start = line[first : first + _WIDEST], start - first

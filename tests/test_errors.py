@@ -43,6 +43,17 @@ def test_of_a_very_long_line_the_place_is_shown():
     assert max(map(len, shown)) < 300
 
 
+@pytest.mark.parametrize("indent", ["", "    ", 14 * "\t", "\t \t"])
+def test_places_are_shown_without_indentation(indent: str):
+    line = f"{indent}| ~1 :\tHERE B"
+    finding = Finding("error", "c", "m", Location(2, line.index("HERE") + 1, 4))
+    _, code, caret = finding.render(["A", line]).splitlines()
+    assert code == "  | ~1 :\tHERE B"
+    assert caret.expandtabs() == " " * code.expandtabs().index("HERE") + "^^^^"
+    # A place within the indentation is shown where the line begins.
+    assert Finding("error", "c", "m", Location(1)).render([f"{indent}A"]).splitlines()[2] == "  ^"
+
+
 def test_a_foreign_value_is_shown_in_at_most_one_short_line() -> None:
     deep: list = []
     for _ in range(100_000):

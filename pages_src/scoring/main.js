@@ -134,7 +134,7 @@ function build(root, channel, first) {
       void look.open(model);
     },
     say: (text) => status.say(text),
-    complain: (error) => status.complain(error),
+    complain: (error) => void status.complain(error),
   };
   const compare = makeCompare(page);
   const display = makeDisplay(page);
@@ -154,8 +154,9 @@ function build(root, channel, first) {
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
-  /** @type {Set<string>} */
-  const warned = new Set();
+  let warned = 0;
+  /** @type {HTMLElement | null} */
+  let warning = null;
 
   root.replaceChildren(
     element(
@@ -233,23 +234,30 @@ function build(root, channel, first) {
   };
   if (isAlone()) document.addEventListener("keydown", loose);
 
+  /** All warnings so far are one note, since many would cover what is scored. @param {string[]} warnings */
+  function warn(warnings) {
+    if (warnings.length <= warned) return;
+    warned = warnings.length;
+    warning?.remove();
+    const others = warned - 1;
+    const more = others ? `\n… and ${others} more ${others === 1 ? "warning" : "warnings"}` : "";
+    warning = status.complain(`${warnings[0]}${more}`);
+  }
+
   /** Whether the keyboard is on the page, and nothing is being typed; a notebook may keep the page in a shadow tree. */
   function hasKeyboard() {
     const { activeElement } = /** @type {Document | ShadowRoot} */ (root.getRootNode());
     return root.contains(activeElement) && !(activeElement instanceof HTMLInputElement);
   }
 
-  const warn = (/** @type {BeforeUnloadEvent} */ event) => page.outbox.unsaved && event.preventDefault();
-  addEventListener("beforeunload", warn);
+  const hold = (/** @type {BeforeUnloadEvent} */ event) => page.outbox.unsaved && event.preventDefault();
+  addEventListener("beforeunload", hold);
 
   return {
     /** @param {State} state */
     update(state) {
       if (state.message && state.message !== page.state.message) page.say(state.message);
-      for (const warning of state.warnings.filter((each) => !warned.has(each))) {
-        warned.add(warning);
-        page.complain(warning);
-      }
+      warn(state.warnings);
       const [before, after] = [page.state.pairs !== null, state.pairs !== null];
       page.state = state;
       page.ahead.told();
@@ -285,7 +293,7 @@ function build(root, channel, first) {
       page.outbox.resend();
     },
     close() {
-      removeEventListener("beforeunload", warn);
+      removeEventListener("beforeunload", hold);
       document.removeEventListener("keydown", loose);
       for (const part of [preview, display, page.pictures, results, look, help, status]) part.close();
     },

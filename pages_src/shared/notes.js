@@ -33,7 +33,7 @@ export function makeNotes() {
       setTimeout(() => box.remove(), PASSING);
     },
     /** @param {unknown} error or words */
-    complain: (error) => void note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    complain: (error) => note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
     /** What is complained about is over. */
     calm: () => complaints.replaceChildren(),
     /** What lasts; empty for nothing. @param {string} text */

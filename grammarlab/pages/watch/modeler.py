@@ -229,11 +229,11 @@ def _mistake_of_derivation(error: DerivationError, lines: list[str]) -> Mistake:
 
 
 def _code(lines: list[str], number: int, column: int) -> tuple[str, str]:
-    """`Mistake.code` of a place; ends of a long line that are far from it are cut."""
+    """`Mistake.code` of a place, without indentation; ends of a long line that are far from it are cut."""
     if not 1 <= number <= len(lines):
         return "", ""
     line, place = lines[number - 1], max(column - 1, 0)
-    before, behind = line[:place], line[place:]
+    before, behind = line[:place].lstrip(), line[place:]
     if len(before) > _MOST_CODE:
         before = f"…{before[-_MOST_CODE:]}"
     return before, behind if len(behind) <= _MOST_CODE else f"{behind[:_MOST_CODE]}…"

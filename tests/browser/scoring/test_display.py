@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 
 import numpy as np
 import pytest
@@ -278,13 +279,15 @@ def expect_other_picture(towers, before):
 @takes_turns
 def test_a_mesh_that_is_not_there_is_told_once_and_again_when_the_page_is_loaded_again(opened, tmp_path):
     rules = tmp_path / "house.cga"
-    rules.write_text('Lot --> i("oak.obj") A')
+    rules.write_text('Lot --> i("oak.obj") A i("pine.obj") B')
     running = Server(str(rules), tmp_path / "houses.db").start()
     try:
         houses = opened(running.address)
         told = houses.page.get_by_role("alert").get_by_text('there is no asset "oak.obj"')
         houses.expect_pictures()
         expect(told).to_have_count(1)
+        # Many warnings would cover what is scored.
+        expect(houses.page.locator(".gl-bad")).to_have_text(re.compile("and 1 more warning$"))
         houses.cell(0).click()
         houses.press("4")
         houses.expect_saved()

@@ -105,7 +105,7 @@ def test_an_error_shows_the_line_and_a_caret_under_the_place():
         Grammar.parse("Lot -->\n\tsplit(x) { 1 A }", "town.cga")
     assert str(caught.value).splitlines() == [
         "town.cga:2:15: error: expected ':' between a part's head and its operations, found 'A' [part-without-colon]",
-        "  \tsplit(x) { 1 A }",
-        "  \t             ^",
+        "  split(x) { 1 A }",
+        "               ^",
         "  hint: each part is written size : operations, or selector : operations",
     ]

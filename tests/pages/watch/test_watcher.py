@@ -177,6 +177,13 @@ def test_the_place_of_a_mistake_in_a_long_line_is_shown(tmp_path: Path, indent: 
     assert mistake.column == len(begin) + 1
 
 
+def test_the_place_of_a_mistake_is_shown_without_indentation(tmp_path: Path):
+    file = tmp_path / "lot.cga"
+    file.write_text("Lot -->\n" + 14 * "\t" + "A extrudd(3) B")
+    (mistake,) = made(file, Wanted()).mistakes
+    assert (mistake.code, mistake.line, mistake.column) == (("A ", "extrudd(3) B"), 2, 17)
+
+
 def test_every_severity_has_a_style_on_the_page():
     style = (STATIC / "watch/page.css").read_text()
     assert all(f".wa-{severity}" in style for severity in get_args(Severity))

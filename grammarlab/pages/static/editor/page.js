@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source e5451b9e44a83f31 */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source 68859d38e60a8d84 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -258,7 +258,7 @@ function makeNotes() {
       setTimeout(() => box.remove(), PASSING);
     },
     /** @param {unknown} error or words */
-    complain: (error) => void note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    complain: (error) => note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
     /** What is complained about is over. */
     calm: () => complaints.replaceChildren(),
     /** What lasts; empty for nothing. @param {string} text */

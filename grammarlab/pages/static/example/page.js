@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source a7ff6a5e82a59311 */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source 08138e3d4ef7910b */
 
 // shared/ahead.js
 var Ahead = class {

@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 43b240d02fef62f6 */
+/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 727e8d7d1989b673 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -258,7 +258,7 @@ function makeNotes() {
       setTimeout(() => box.remove(), PASSING);
     },
     /** @param {unknown} error or words */
-    complain: (error) => void note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    complain: (error) => note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
     /** What is complained about is over. */
     calm: () => complaints.replaceChildren(),
     /** What lasts; empty for nothing. @param {string} text */

@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 1b5a4646cc3b1480 */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source ed123bb50baf6ea6 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

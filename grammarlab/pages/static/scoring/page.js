@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 35f3b678da9d51ac */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 5a5f24f29395244e */
 
 // shared/ahead.js
 var Ahead = class {
@@ -2358,7 +2358,7 @@ function makeNotes() {
       setTimeout(() => box.remove(), PASSING);
     },
     /** @param {unknown} error or words */
-    complain: (error) => void note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    complain: (error) => note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
     /** What is complained about is over. */
     calm: () => complaints.replaceChildren(),
     /** What lasts; empty for nothing. @param {string} text */
@@ -2733,7 +2733,7 @@ function build(root, channel, first) {
       void look.open(model);
     },
     say: (text) => status.say(text),
-    complain: (error) => status.complain(error)
+    complain: (error) => void status.complain(error)
   };
   const compare = makeCompare(page);
   const display = makeDisplay(page);
@@ -2753,7 +2753,8 @@ function build(root, channel, first) {
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
-  const warned = /* @__PURE__ */ new Set();
+  let warned = 0;
+  let warning = null;
   root.replaceChildren(
     element(
       "header",
@@ -2824,6 +2825,15 @@ function build(root, channel, first) {
     if (event.target === document.body) everywhere(event);
   };
   if (isAlone()) document.addEventListener("keydown", loose);
+  function warn(warnings) {
+    if (warnings.length <= warned) return;
+    warned = warnings.length;
+    warning?.remove();
+    const others = warned - 1;
+    const more = others ? `
+… and ${others} more ${others === 1 ? "warning" : "warnings"}` : "";
+    warning = status.complain(`${warnings[0]}${more}`);
+  }
   function hasKeyboard() {
     const { activeElement } = (
       /** @type {Document | ShadowRoot} */
@@ -2831,16 +2841,13 @@ function build(root, channel, first) {
     );
     return root.contains(activeElement) && !(activeElement instanceof HTMLInputElement);
   }
-  const warn = (event) => page.outbox.unsaved && event.preventDefault();
-  addEventListener("beforeunload", warn);
+  const hold = (event) => page.outbox.unsaved && event.preventDefault();
+  addEventListener("beforeunload", hold);
   return {
     /** @param {State} state */
     update(state) {
       if (state.message && state.message !== page.state.message) page.say(state.message);
-      for (const warning of state.warnings.filter((each) => !warned.has(each))) {
-        warned.add(warning);
-        page.complain(warning);
-      }
+      warn(state.warnings);
       const [before, after] = [page.state.pairs !== null, state.pairs !== null];
       page.state = state;
       page.ahead.told();
@@ -2876,7 +2883,7 @@ function build(root, channel, first) {
       page.outbox.resend();
     },
     close() {
-      removeEventListener("beforeunload", warn);
+      removeEventListener("beforeunload", hold);
       document.removeEventListener("keydown", loose);
       for (const part of [preview, display, page.pictures, results, look, help, status]) part.close();
     }

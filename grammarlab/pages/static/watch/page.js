@@ -1,4 +1,4 @@
-/* Built from shared, watch by pages_src/bundle.js; do not edit. Source cd4f60afa7f65b21 */
+/* Built from shared, watch by pages_src/bundle.js; do not edit. Source 3804553c542bf077 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -145,7 +145,7 @@ function makeNotes() {
       setTimeout(() => box.remove(), PASSING);
     },
     /** @param {unknown} error or words */
-    complain: (error) => void note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    complain: (error) => note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
     /** What is complained about is over. */
     calm: () => complaints.replaceChildren(),
     /** What lasts; empty for nothing. @param {string} text */
