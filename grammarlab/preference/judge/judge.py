@@ -2,7 +2,9 @@
 
 An explanation is a tree or a line, with the errors of the person. Its total is the evidence of the scores minus the
 description length of the explanation, in nats. The composed columns of the best explanation are accepted if its total
-exceeds that of the best explanation of known columns; nothing else decides.
+exceeds that of the best explanation of known columns, and that of one distribution of values, whatever the columns say
+(`grammarlab.preference.unexplained`); nothing else decides. Without this rival a division of 24 noisy scores into good
+and bad ones would be proven by saying what scores there are: a tree of one leaf has to learn that first.
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.votes import Vote, votes
 from grammarlab.preference.judge.weighted_sums import Measures, WeightedSum, weighted_sums
 from grammarlab.preference.lines.line_preference import best_line
-from grammarlab.preference.person import START_PERSONS, Person
+from grammarlab.preference.person import START_PERSONS, Person, possible_values
+from grammarlab.preference.unexplained import folds_of, unexplained
 
 
 @dataclass(frozen=True)
@@ -71,11 +74,14 @@ def judged(
     labels = Labels.of(known, np.full(width, np.log(2.0) + np.log(max(width, 1))), scores)
     base = best_tree(labels, START_PERSONS)
     best_known = _better(base.explanation, _best_line(labels))
+    # As in `gain_of_trees`, scores that no column explains have any distribution, or values have one, with even odds.
+    nothing = unexplained(scores, folds_of(known, 0), possible_values()).log_evidence - float(np.log(2.0))
+    to_beat = max(best_known.total, nothing)
     person = base.explanation.person
     evidence = labels.evidence.for_person(person)
     shortlist = _shortlist(composed, prices, base.tree, evidence)
     joined = votes(flags, scores)
-    sums = weighted_sums(measures, evidence, best_known.total + person.price)
+    sums = weighted_sums(measures, evidence, to_beat + person.price)
     columns = [vote.values(flags) for vote in joined] + [some.values(measures.values) for some in sums]
     further = np.concatenate([composed[:, shortlist], *(column[:, None] for column in columns)], axis=1)
     # Half of the prior is that of the language. Scores choose three kinds, formulas, votes and weighted sums, and
@@ -85,6 +91,7 @@ def judged(
     wider = labels.joined(further, np.log(2.0) + further_prices)
     best = _better(best_known, best_tree(wider, START_PERSONS).explanation)
     best = _better(best, _best_line(wider))
+    best = best if best.total > to_beat else best_known
     used = sorted(column - width for column in best.columns if column >= width)
     first = len(shortlist), len(shortlist) + len(joined)
     return Verdict(

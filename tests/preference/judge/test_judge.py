@@ -89,6 +89,16 @@ def test_scores_without_a_pattern_need_nothing():
     assert accepting <= 1
 
 
+@pytest.mark.parametrize("num", [16, 24, 32])
+def test_few_noisy_scores_of_two_values_need_no_vote_of_many_flags(num):
+    """A vote that divides them by chance also says that there are two values, which is no pattern."""
+    for seed in some(range(10)):
+        flags = np.random.default_rng(seed).integers(0, 2, (num, 300)).astype(float)
+        scores = noisy(np.repeat([100.0, 5.0], [2 * num // 5, num - 2 * num // 5]), 8.0, seed)
+        verdict = judged(flags, flags[:, :0], np.zeros(0), flags, Measures(flags[:, :0], np.zeros(0)), scores)
+        assert not verdict.votes
+
+
 def test_equal_scores_need_nothing():
     known, composed = columns(30, seed=7)
     for score in (0.0, 50.0):
