@@ -72,6 +72,8 @@ PRODUCTIONS: Mapping[str, Production] = {
     "positions": sequences.positions,
     "equal choices": sequences.equal_choices,
     "relations of sequences": sequences.relations,
+    "likenesses": sequences.likenesses,
+    "halves": sequences.halves,
     "gradations": sequences.gradations,
     "orders": sequences.orders,
     "matching sequences": sequences.matching_sequences,

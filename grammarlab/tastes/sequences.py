@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial, reduce
 from itertools import combinations, permutations
 from typing import Any
 
@@ -11,9 +12,10 @@ import numpy as np
 
 from grammarlab.arrays import MANY, MANY_COLUMNS, Ints
 from grammarlab.features.patterns.operations import SEQUENCE_RELATIONS
+from grammarlab.features.patterns.pattern import Atom, Formula
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.choice_places import Choice, are_short, as_quantities
-from grammarlab.tastes.quantities import MOST_COLUMNS, Block, Quantities, Recipe, as_block, blocks
+from grammarlab.tastes.quantities import MOST_COLUMNS, Block, Later, Quantities, Recipe, as_block, blocks
 
 
 def choices(elements: Elements) -> Iterator[Block]:
@@ -35,6 +37,29 @@ def relations(elements: Elements) -> Iterator[Block]:
     for group in _by_length(sequences_of(elements)):
         for name in SEQUENCE_RELATIONS:
             yield from blocks(_applying(name), [elements.numbers] * group.shape[1], group)
+
+
+def likenesses(elements: Elements) -> Iterator[Block]:
+    """How many of the other parts of a sequence are like one that is not its first."""
+    for group in _by_length(sequences_of(elements)):
+        leaders = [
+            (leader, *(other for other in sequence if other != leader))
+            for sequence in group.tolist()
+            for leader in sequence[1:]
+        ]
+        yield from blocks(_applying("like_first"), [elements.numbers] * group.shape[1], np.array(leaders))
+
+
+def halves(elements: Elements) -> Iterator[Block]:
+    """How much more often an alternative is chosen in the first half of a sequence than in the second."""
+    for sequence in sequences_of(elements):
+        members = [elements.choices[index] for index in sequence]
+        number = np.stack([choice.number for choice in members], axis=1)
+        # Each alternative is named once for its part, and once more where it is the one that counts.
+        for one in np.unique(number[number > 0]).tolist() if _are_short(elements, (*sequence, *sequence)) else ():
+            formulas = Later([partial(_once_more, choice, one) for choice in members])
+            parts = Quantities(formulas, (number > 0) + (number == one).astype(np.float64))
+            yield from blocks(_applying("balance"), [parts] * len(members), np.arange(len(members))[None])
 
 
 def gradations(elements: Elements) -> Iterator[Block]:
@@ -119,6 +144,13 @@ def _alternatives(elements: Elements, sequence: Sequence[int]) -> list[Quantitie
         if len(flags) > 1:
             listed.append(Quantities(tuple(flags), np.stack(list(flags.values()), axis=1)))
     return listed
+
+
+def _once_more(choice: Choice, number: int) -> Formula | Atom:
+    """2 for one of the alternatives of a choice, 1 for each other one, 0 without the choice."""
+    named = [*choice.alternatives, *choice.alternatives[number - 1 : number]]
+    counts = [count for count in named if count is not None]
+    return reduce(partial(Formula.of, "+"), counts[1:], counts[0])
 
 
 def _are_short(elements: Elements, indices: Sequence[int]) -> bool:

@@ -84,6 +84,12 @@ def after(first: str, second: str, elements: list[str]) -> bool:
     return first in elements and second in elements[elements.index(first) :]
 
 
+def more_before(wanted: str, elements: list[str]) -> int:
+    """How many more there are before the middle of a sequence than after it."""
+    half = len(elements) // 2
+    return elements[:half].count(wanted) - elements[-half:].count(wanted)
+
+
 TASTES: dict[str, tuple[str, Callable[[Node], float]]] = {
     "all towers alike": ("towers", lambda tree: len(set(towers(tree))) == 1),
     "no two neighbouring towers alike": ("towers", lambda tree: all(a != b for a, b in pairwise(towers(tree)))),
@@ -93,6 +99,9 @@ TASTES: dict[str, tuple[str, Callable[[Node], float]]] = {
     "changes along the towers": ("towers", lambda tree: sum(a != b for a, b in pairwise(towers(tree)))),
     "odd towers": ("towers", lambda tree: unlike_most(towers(tree))),
     "the first and the second tower alike": ("towers", lambda tree: towers(tree)[0] == towers(tree)[1]),
+    "the end towers alike": ("towers", lambda tree: towers(tree)[0] == towers(tree)[-1]),
+    "towers like the second one": ("towers", lambda tree: towers(tree).count(towers(tree)[1]) - 1),
+    "glass before the middle and after it": ("towers", lambda tree: more_before("Glass", towers(tree))),
     "brick somewhere before glass": ("towers", lambda tree: after("Brick", "Glass", towers(tree))),
     "share of glass": ("towers", lambda tree: towers(tree).count("Glass") / len(towers(tree))),
     "position of the first tower of steel": (

@@ -80,6 +80,9 @@ _FORMS: Mapping[str, str] = {
     "changes": "changes along {}",
     "odd": "number unlike the most among {}",
     "longest_run": "longest run of equal ones among {}",
+    "same_ends": "the first and the last alike among {}",
+    "like_first": "number like the first among {}",
+    "balance": "the first half less the second of {}",
     "least": "smallest of {}",
     "min": "smallest of {}",
     "max": "largest of {}",
@@ -93,7 +96,7 @@ _NEGATED: Mapping[str, str] = {"+": "-", "-": "+"}
 _PRODUCTS = ("*", "/", "%")
 _NUMBERS = (
     *("+", "-", "*", "/", "%", "distinct", "changes", "odd", "longest_run", "least", "min", "max", "which", "choose"),
-    *("count", "abs", "sqrt", "exp", "log", "floor", "ceil", "rint"),
+    *("like_first", "balance", "count", "abs", "sqrt", "exp", "log", "floor", "ceil", "rint"),
 )
 """Operations whose results are numbers; those of others are statements."""
 

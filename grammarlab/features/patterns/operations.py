@@ -132,6 +132,23 @@ def _longest_run(operands: Sequence[Floats]) -> Ints:
     return longest
 
 
+def _same_ends(operands: Sequence[Floats]) -> NDArray[np.bool_]:
+    values, number = _present(operands)
+    last = np.take_along_axis(values, np.maximum(number - 1, 0)[None], axis=0)[0]
+    return (number >= 2) & (values[0] == last)
+
+
+def _like_first(operands: Sequence[Floats]) -> Ints:
+    first, *others = operands
+    return np.asarray(((np.stack(others) == first) & (first != 0)).sum(axis=0), dtype=np.int64)
+
+
+def _balance(operands: Sequence[Floats]) -> Floats:
+    values, number = _present(operands)
+    index = np.arange(len(values)).reshape(-1, *(1 for _ in number.shape))
+    return (values * np.sign(number - 1 - 2 * index)).sum(axis=0)
+
+
 def _least(operands: Sequence[Floats]) -> Floats:
     values = np.stack(operands)
     return np.where(values == 0, np.inf, values).min(axis=0)
@@ -174,6 +191,9 @@ OPERATIONS: Mapping[str, _Operation] = {
     "mirrored": _mirrored,
     "ascending": _ascending,
     "longest_run": _longest_run,
+    "same_ends": _same_ends,
+    "like_first": _like_first,
+    "balance": _balance,
     "least": _least,
 }
 """Operations, by their sign or name."""
@@ -188,6 +208,9 @@ SEQUENCE_RELATIONS = (
     "changes",
     "odd",
     "longest_run",
+    "same_ends",
+    "like_first",
+    "balance",
 )
 """Operations on sequences of elements, of which those that are 0 are missing."""
 

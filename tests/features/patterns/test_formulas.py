@@ -94,6 +94,11 @@ def _relation(name, elements):
             return sum(a != b for a, b in pairs)
         case "longest_run":
             return max((len(list(run)) for _, run in groupby(present)), default=0)
+        case "like_first":
+            return elements[0] and elements[1:].count(elements[0])
+        case "balance":
+            half = len(present) // 2
+            return sum(present[:half]) - sum(present[len(present) - half :])
         case "odd":
             return len(present) - max(Counter(present).values(), default=0)
     holds = {
@@ -102,6 +107,7 @@ def _relation(name, elements):
         "alternating": len(present) >= 3 and present[0] != present[1] and present[2:] == present[:-2],
         "mirrored": present == present[::-1],
         "ascending": present == sorted(present),
+        "same_ends": present[:1] == present[-1:],
     }[name]
     return int(len(present) >= 2 and holds)
 
