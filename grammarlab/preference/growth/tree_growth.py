@@ -194,7 +194,7 @@ class TreeGrowth:
         if not len(columns):
             return -np.inf
         codes = self._codes(columns, labels)
-        totals = all_cuts(codes, self.evidence.terms[labels], self.evidence.of_sums, _log_leaf(depth + 1))
+        totals = all_cuts(codes, self.evidence.terms[labels], self.evidence.of_sums, log_leaf(depth + 1))
         return _log_dividing(depth) + float(np.logaddexp.reduce(totals - self.columns.prices[columns]))
 
     def _grown(self, labels: Ints, depth: int, patience: float) -> Tree:
@@ -213,7 +213,7 @@ class TreeGrowth:
 
     def _loss(self, depth: int, ranked: _Ranked, index: int, leaf: Tree) -> float:
         """What a node loses by a cut whose parts are not divided, in nats."""
-        parts = (len(ranked.cuts.first(index)) + 1) * _log_leaf(depth + 1)
+        parts = (len(ranked.cuts.first(index)) + 1) * log_leaf(depth + 1)
         return float(leaf.log_posterior - ranked.log_posterior[index] - _log_dividing(depth) - parts)
 
     def _rooted(self, labels: Ints, column: int) -> Tree:
@@ -284,7 +284,7 @@ class TreeGrowth:
 
     def _leaf(self, labels: Ints, depth: int) -> Tree:
         """A node of labels as one cell."""
-        return Tree(labels, self.evidence.of_labels(labels) + _log_leaf(depth))
+        return Tree(labels, self.evidence.of_labels(labels) + log_leaf(depth))
 
     def _worth_dividing(self, labels: Ints) -> _Ranked | None:
         """The best cuts of a node; None if none can explain its scores better than one cell."""
@@ -408,6 +408,6 @@ def _log_dividing(depth: int) -> float:
     return float(np.log(0.9 / np.sqrt(1.0 + depth)))
 
 
-def _log_leaf(depth: int) -> float:
+def log_leaf(depth: int) -> float:
     """Log of the prior probability that a node is a cell."""
     return float(np.log1p(-0.9 / np.sqrt(1.0 + depth)))

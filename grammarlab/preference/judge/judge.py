@@ -19,7 +19,7 @@ from grammarlab.arrays import MANY_COLUMNS, Floats, Ints
 from grammarlab.preference.base import MIN_PART
 from grammarlab.preference.growth.person_search import search
 from grammarlab.preference.growth.screening import coarse_bins, gains
-from grammarlab.preference.growth.tree_growth import Tree
+from grammarlab.preference.growth.tree_growth import Tree, log_leaf
 from grammarlab.preference.judge.labelled_columns import Explanation, Labels
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.votes import Vote, votes
@@ -74,8 +74,9 @@ def judged(
     labels = Labels.of(known, np.full(width, np.log(2.0) + np.log(max(width, 1))), scores)
     base = best_tree(labels, START_PERSONS)
     best_known = _better(base.explanation, _best_line(labels))
-    # As in `gain_of_trees`, scores that no column explains have any distribution, or values have one, with even odds.
-    nothing = unexplained(scores, folds_of(known, 0), possible_values()).log_evidence - float(np.log(2.0))
+    # As in `gain_of_trees`, scores of an undivided tree have any distribution, or values have one, with even odds.
+    of_values = unexplained(scores, folds_of(known, 0), possible_values()).log_evidence
+    nothing = of_values - float(np.log(2.0)) + log_leaf(0)
     to_beat = max(best_known.total, nothing)
     person = base.explanation.person
     evidence = labels.evidence.for_person(person)
