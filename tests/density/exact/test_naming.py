@@ -54,14 +54,22 @@ def test_branches_name_a_symbol():
     assert "Roof_not_hip" in names_of([first, second], lambda v: 1.0 * (v[:, 1] == 0))
 
 
-def test_the_place_of_a_branch_names_a_symbol_if_nothing_else_does():
-    text = """@StartRule
+@pytest.mark.parametrize(
+    ("operations", "names"),
+    [
+        (("t(1, 0, 0)", "t(2, 0, 0)", "t(3, 0, 0)"), {"House_first", "House_not_second"}),
+        (("color(1, 0, 0)", "color(1, 1, 0)", "color(0, 1, 0)"), {"House_red", "House_not_yellow"}),
+    ],
+)
+def test_the_colour_or_else_the_place_of_a_branch_names_a_symbol(operations, names):
+    first, second, third = operations
+    text = f"""@StartRule
     Street --> House [ t(9, 0, 0) House ]
-    House --> 50% : color(1, 0, 0) Walls 30% : color(1, 1, 0) Walls else : color(0, 1, 0) Walls
+    House --> 50% : {first} Walls 30% : {second} Walls else : {third} Walls
     Walls --> extrude(3)
     """
     found = learned(["Street[House@0:0]", "Street[House@1:1]"], lambda v: 1.0 * (v[:, 0] > 0) * (v[:, 1] == 0), text)
-    assert {name for name, _ in new_names(found.text, text)} == {"House_first", "House_not_second"}
+    assert {name for name, _ in new_names(found.text, text)} == names
 
 
 def test_preferences_of_what_is_all_possible_name_a_symbol():
