@@ -5,13 +5,12 @@ Heavy libraries are imported inside functions, so that ``--help`` and completion
 
 import io
 import sys
-from _thread import interrupt_main
-from threading import Timer
 from typing import Any
 
 import typer
 
 from grammarlab.cli.console import INTERRUPTED, say
+from grammarlab.cli.interruptions import interruptions_come_again
 from grammarlab.runs.work.compiled import keep_compiled
 
 app: typer.Typer
@@ -23,23 +22,15 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal or a pipe may not have every character
-    sys.unraisablehook = _not_ignored
     try:
-        keep_compiled()
-        from grammarlab.cli.commands import app_for
+        with interruptions_come_again():
+            keep_compiled()
+            from grammarlab.cli.commands import app_for
 
-        app_for(sys.argv[1:])()
+            app_for(sys.argv[1:])()
     except KeyboardInterrupt:  # while the commands are made; each command reports an interruption itself
         say("interrupted.")
         raise SystemExit(INTERRUPTED) from None
-
-
-def _not_ignored(ignored: "sys.UnraisableHookArgs") -> None:
-    """Interrupt again where Python ignores Ctrl-C, as in a finaliser or in the clean-up after an import."""
-    if ignored.exc_type is KeyboardInterrupt:
-        Timer(0.05, interrupt_main).start()  # s; later, since what interrupts this function is ignored as well
-    else:
-        sys.__unraisablehook__(ignored)
 
 
 def __getattr__(name: str) -> Any:

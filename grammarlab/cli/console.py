@@ -17,6 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
+from grammarlab.cli.interruptions import interruptions_answered
 from grammarlab.errors import GrammarlabError, LanguageError, UsageError, WorkerError
 from grammarlab.extras import named_extras
 from grammarlab.option_names import with_options
@@ -113,8 +114,13 @@ def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
     Args:
         advice: returns how to continue after an interruption, too little memory or a full disk.
     """
+
+    def interrupted(words: str) -> None:
+        _say_with(advice, "interrupted: finished files stay valid." + (f" ({words})" if words else ""))
+        raise typer.Exit(INTERRUPTED)
+
     try:
-        with named_extras():
+        with interruptions_answered(interrupted), named_extras():
             yield
     except UsageError as error:
         say(f"error: {error}")
@@ -128,7 +134,7 @@ def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
     except GrammarlabError as error:
         say(f"error: {error}")
         raise typer.Exit(FAILURE) from error
-    except (BrokenPipeError, typer.Exit):
+    except BrokenPipeError:
         raise  # the reader of the pipe has closed it: typer exits without a message
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
@@ -137,18 +143,6 @@ def friendly_errors(advice: Callable[[], str] = str) -> Iterator[None]:
     except MemoryError as error:
         _say_with(advice, "error: not enough memory. Try fewer models at a time (--jobs 1) or a smaller footprint.")
         raise typer.Exit(FAILURE) from error
-    except BaseException as error:
-        if not _is_interruption(error):
-            raise
-        _say_with(advice, "interrupted: finished files stay valid.")
-        raise typer.Exit(INTERRUPTED) from error
-
-
-def _is_interruption(error: BaseException | None) -> bool:
-    """Whether an error is Ctrl-C, or comes of it, as where it falls between a lock and its release."""
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
-    return error is not None
 
 
 def was_given(context: typer.Context, name: str) -> bool:

@@ -15,6 +15,7 @@ import typer
 import grammarlab
 from grammarlab import cli
 from grammarlab.cli.console import friendly_errors
+from grammarlab.cli.interruptions import interruptions_come_again
 from grammarlab.runs.sample.manifest import read_manifest
 from tests.cli.commands import COMMANDS
 from tests.runs.grammars import TOWER
@@ -115,7 +116,6 @@ def test_ctrl_c_that_python_ignores_interrupts_all_the_same(tmp_path):
     code = """
 import time
 from grammarlab import cli
-from grammarlab.cli.console import friendly_errors
 
 class Final:
     def __del__(self):
@@ -123,8 +123,7 @@ class Final:
 
 def interrupted():
     Final()
-    for _ in range(1000):
-        time.sleep(0.1)
+    time.sleep(1000)
 
 cli.keep_compiled = interrupted
 cli.main()
@@ -142,19 +141,52 @@ def interrupted_between_a_lock_and_the_note_of_it():
 
 
 @friendly_errors()
+def interrupted_before_a_file_that_is_gone_is_closed():
+    try:
+        raise KeyboardInterrupt
+    finally:
+        Path("/none/x").unlink()
+
+
+@friendly_errors()
 def failing_after_an_interruption_that_was_answered():
     with suppress(KeyboardInterrupt):
         raise KeyboardInterrupt
     raise ZeroDivisionError
 
 
-def test_an_error_that_comes_of_ctrl_c_is_no_traceback(capsys):
+@pytest.mark.parametrize(
+    ("command", "error"),
+    [
+        (interrupted_between_a_lock_and_the_note_of_it, "RuntimeError"),
+        (interrupted_before_a_file_that_is_gone_is_closed, "FileNotFoundError"),
+    ],
+)
+def test_an_error_that_comes_of_ctrl_c_is_no_traceback(capsys, command, error):
     with pytest.raises(typer.Exit) as end:
-        interrupted_between_a_lock_and_the_note_of_it()
+        command()
     assert end.value.exit_code == 130
-    assert capsys.readouterr().err == "interrupted: finished files stay valid.\n"
+    assert capsys.readouterr().err.startswith(f"interrupted: finished files stay valid. ({error}: ")
+
+
+def test_an_error_after_ctrl_c_was_answered_is_told():
     with pytest.raises(ZeroDivisionError):
         failing_after_an_interruption_that_was_answered()
+
+
+class Failing:
+    def __del__(self):
+        raise ValueError
+
+
+def test_what_else_python_ignores_is_told_to_the_hook_before(monkeypatch):
+    ignored = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda what: ignored.append(what.exc_type))
+    before = sys.unraisablehook
+    with interruptions_come_again():
+        Failing()
+    assert ignored == [ValueError]
+    assert sys.unraisablehook is before
 
 
 def test_a_run_in_the_background_of_a_shell_does_not_hear_ctrl_c(tmp_path):
