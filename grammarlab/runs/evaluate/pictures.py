@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.evaluation.curves import LEARNED_JS, summarize
+from grammarlab.evaluation.curves import summarize
 from grammarlab.evaluation.preparation import Source
 from grammarlab.features.expression import Expression
 from grammarlab.features.model_score import Score
@@ -22,11 +22,13 @@ from grammarlab.runs.evaluate.curve_store import CurveRecord
 from grammarlab.runs.evaluate.figures import PlannedFigure
 from grammarlab.runs.evaluate.plots import (
     TILE_AREA,
+    NeededLabels,
     ScenarioResults,
     Series,
     draw_curves,
     draw_grids,
     draw_needed,
+    needed_labels,
     save_picture,
     tiles_of,
 )
@@ -139,36 +141,35 @@ def draw_answer(results: Sequence[ScenarioResults], folder: Path) -> Section:
         results: results of some scenarios and persons.
         folder: folder for the picture.
     """
-    records = [record for item in results for record in item.records]
-    one_method = len({record.method for record in records}) == 1
-    lines: dict[str, list[int | None]] = {}
-    for record in records:
-        name = record.person if one_method else f"{record.person}, {record.method}"
-        lines.setdefault(name, []).append(record.curve.labels_to(LEARNED_JS))
-    most = max((point.labels for record in records for point in record.curve.points), default=1)
-    return answer_section(lines, most, folder)
-
-
-def answer_section(labels: Mapping[str, Sequence[int | None]], most: int, folder: Path) -> Section:
-    """The section of `draw_answer` from the labels that each run of a person needed, of at most so many."""
-    png, *_ = draw_needed(folder / "needed", labels, most)
-    title = "How many scores do I need?"
-    about = f"A preference counts as learned once the learned density is at most {LEARNED_JS:g} nats from its own."
-    sentences = [_answer(name, needed, most) for name, needed in labels.items()]
+    lines = needed_labels(results)
+    png, *_ = draw_needed(folder / "needed", lines)
     return Section(
-        title,
-        ((ReportPicture(png, "Learned preferences by the number of scores"),),),
-        "\n".join([about, "", *sentences]),
+        "How many scores do I need?",
+        ((ReportPicture(png, "Learned runs by the number of scores"),),),
+        "\n".join([_about_needed(results), "", *(_answer(name, line) for name, line in lines.items())]),
     )
 
 
-def _answer(name: str, needed: Sequence[int | None], most: int) -> str:
-    summary = summarize(list(needed))
-    half = f"{summary.median:g} scores are" if summary.median is not None else f"more than {most} scores are"
-    return (
-        f"- `{name}`: {half} needed for half of {summary.runs} preferences; "
-        f"{summary.reached} of them are learned after {most}."
-    )
+def _about_needed(results: Sequence[ScenarioResults]) -> str:
+    targets = [item.scenario.target for item in results]
+    limits = sorted({target.js for target in targets})
+    limit = f"{limits[0]:g} nats" if len(limits) == 1 else f"its scenario's {limits[0]:g} to {limits[-1]:g} nats"
+    later = sorted({item.scenario.name for item in results if item.scenario.target.since == "first liked"})
+    about = f"A run has learned its preference once the learned density stays at most {limit} from that preference's."
+    if not later:
+        return about
+    return f"{about} Scores count from the first liked model on for {', '.join(f'`{name}`' for name in later)}."
+
+
+def _answer(name: str, line: NeededLabels) -> str:
+    summary = summarize(list(line.stays))
+    least, most = min(line.ends), max(line.ends)
+    half = f"more than {least}" if summary.median is None else f"{summary.median:g}"
+    need = "score is needed" if half == "1" else "scores are needed"
+    of_runs = f"half of {summary.runs} runs" if summary.runs > 1 else "its only run"
+    learned = "1 is" if summary.reached == 1 else f"{summary.reached or 'none'} are"
+    after = f"{most}" if least == most else f"{least} to {most}"
+    return f"- `{name}`: {half} {need} for {of_runs}; {learned} learned after {after}."
 
 
 def draw_figure(figure: PlannedFigure, lines: Sequence[tuple[CurveRecord, ...]], folder: Path) -> Section:

@@ -91,6 +91,16 @@ class Series:
     """The runs, one per seed; at least one."""
 
 
+@dataclass(frozen=True, slots=True)
+class NeededLabels:
+    """The labels that the runs of a person and method needed, at least one run."""
+
+    stays: tuple[int | None, ...]
+    """From which number of labels on each run stays learned; None for a run that is not at its end."""
+    ends: tuple[int, ...]
+    """All labels of each run."""
+
+
 def draw_grids(
     scenario: Path, samples: BeforeAfter, folder: Path, executor: AbstractExecutor
 ) -> dict[int, dict[str, Path]]:
@@ -186,13 +196,12 @@ def draw_curves(
     return _save(figure, path)
 
 
-def draw_needed(path: Path, labels: Mapping[str, Sequence[int | None]], most: int) -> tuple[Path, ...]:
-    """Draw how many runs have learned their preference by the number of labels.
+def draw_needed(path: Path, lines: Mapping[str, NeededLabels]) -> tuple[Path, ...]:
+    """Draw how many runs have learned their preference for good by the number of labels.
 
     Args:
         path: path without a suffix; its folder is created if missing.
-        labels: by line, the labels that each run needed; None if it never learned.
-        most: labels at the right end.
+        lines: the runs of each line, which ends with its longest run.
 
     Returns:
         The files, one for each of `_SUFFIXES`.
@@ -202,25 +211,49 @@ def draw_needed(path: Path, labels: Mapping[str, Sequence[int | None]], most: in
     """
     figure = _figure()
     axes = figure.subplots()
-    for index, (name, needed) in enumerate(labels.items()):
-        reached = sorted(count for count in needed if count is not None)
-        shares = 100.0 * np.arange(len(reached) + 1) / len(needed)
+    for index, (name, line) in enumerate(lines.items()):
         axes.step(
-            [0, *reached, most],
-            [*shares, shares[-1]],
+            *learned_shares(line),
             where="post",
             label=name,
             color=_COLORS[index % len(_COLORS)],
             linestyle=_DASHES[index % len(_DASHES)],
             linewidth=1.8,
         )
-    axes.set_xlim(0, most)
+    axes.set_xlim(0, max(1, *(end for line in lines.values() for end in line.ends)))
     axes.set_ylim(0, 105)
     axes.set_xlabel("scores")
-    axes.set_ylabel("% of preferences that are learned")
+    axes.set_ylabel("% of runs that are learned")
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False, fontsize=9, loc="lower right")
     return _save(figure, path)
+
+
+def needed_labels(results: Sequence[ScenarioResults]) -> dict[str, NeededLabels]:
+    """The runs of each person, or of each person and method if there are several methods.
+
+    Each run counts to the divergence, and from the start, that the target of its scenario defines.
+    """
+    one_method = len({record.method for item in results for record in item.records}) == 1
+    runs: dict[str, list[tuple[int | None, int]]] = {}
+    for item in results:
+        for method, records in item.by_method().items():
+            name = item.person if one_method else f"{item.person}, {method}"
+            runs.setdefault(name, []).extend(
+                (curve.labels_until_below(item.scenario.target.js), curve.points[-1].labels if curve.points else 0)
+                for curve in item.counted(records)
+            )
+    return {
+        name: NeededLabels(tuple(stays for stays, _ in line), tuple(end for _, end in line))
+        for name, line in runs.items()
+    }
+
+
+def learned_shares(line: NeededLabels) -> tuple[list[int], list[float]]:
+    """Numbers of labels, from 0 to the end of the longest run, and the percentage of runs that are learned by then."""
+    reached = sorted(count for count in line.stays if count is not None)
+    shares = [100.0 * num / len(line.stays) for num in range(len(reached) + 1)]
+    return [0, *reached, max(line.ends)], [*shares, shares[-1]]
 
 
 def quantiles(records: Sequence[CurveRecord]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

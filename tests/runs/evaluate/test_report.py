@@ -1,6 +1,8 @@
+from bisect import bisect_right
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
@@ -9,7 +11,15 @@ from grammarlab.evaluation.respondents import RESPONDENTS
 from grammarlab.evaluation.scenario import ScenarioGoal, load
 from grammarlab.runs.evaluate.curve_store import CurveRecord
 from grammarlab.runs.evaluate.pictures import ReportPicture, Section, draw_answer, draw_results
-from grammarlab.runs.evaluate.plots import FLOOR, ScenarioResults, Series, draw_curves, quantiles
+from grammarlab.runs.evaluate.plots import (
+    FLOOR,
+    ScenarioResults,
+    Series,
+    draw_curves,
+    learned_shares,
+    needed_labels,
+    quantiles,
+)
 from grammarlab.runs.evaluate.report import CHECKPOINTS, TARGETS, write_page, write_table
 from grammarlab.runs.evaluate.request import shipped_scenarios
 
@@ -68,13 +78,55 @@ def test_the_page_opens_with_a_chart_and_says_how_many_scores_are_needed(tmp_pat
     opening = text[: text.index("Written by")]
     assert [line for line in opening.splitlines() if line][1:3] == [
         "## How many scores do I need?",
-        "![Learned preferences by the number of scores](plots/needed.png)",
+        "![Learned runs by the number of scores](plots/needed.png)",
     ]
-    assert "- `exact`: 32 scores are needed for half of 3 preferences; 2 of them are learned after 64." in opening
+    # The first run reaches the limit after 32 scores, but is above it after 48.
+    assert "- `exact`: 64 scores are needed for half of 3 runs; 2 are learned after 64." in opening
     # One of two never is: half of them are not for sure.
-    assert "- `sd10`: more than 64 scores are needed for half of 2 preferences; 1 of them are learned" in opening
+    assert "- `sd10`: more than 64 scores are needed for half of 2 runs; 1 is learned after 64." in opening
     both = draw_answer([results_of(scenario, RECORDS)], tmp_path / "plots").remark
-    assert "- `exact, paper`: more than 64 scores" in both
+    assert "- `exact, paper`: more than 64 scores are needed for its only run; none are learned after 64." in both
+
+
+def random_results(seed):
+    """Scenarios with limits and starts of their own, and curves of any length that cross them in both directions."""
+    rng, scenario = np.random.default_rng(seed), load(shipped_scenarios()["B3"])
+    for k in range(3):
+        goal = ScenarioGoal(0.005 * (k + 1), since="first liked" if rng.random() < 0.5 else "start")
+        records = [record(n, *rng.choice([0.001, 0.007, 0.012, 0.05], rng.integers(1, 9))) for n in range(2)]
+        yield results_of(replace(scenario, name=f"s{k}", target=goal), tuple(records))
+
+
+def is_learned(curve, js, labels):
+    """Whether a curve is below a limit after a number of labels, and in all its later rounds."""
+    num = sum(point.labels <= labels for point in curve.points)
+    return num > 0 and all(point.js <= js for point in curve.points[num - 1 :])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_chart_counts_the_runs_that_are_learned_for_good_by_the_targets_of_their_scenarios(seed):
+    results = list(random_results(seed))
+    runs = [(curve, item.scenario.target.js) for item in results for curve in item.counted(item.records)]
+    (line,) = needed_labels(results).values()
+    counts, shares = learned_shares(line)
+    for labels in range(counts[-1] + 1):
+        share = shares[bisect_right(counts, labels) - 1]
+        assert share == pytest.approx(100 * np.mean([is_learned(*run, labels) for run in runs]))
+    assert counts[-1] == max(end.labels for curve, _ in runs for end in curve.points)
+
+
+def test_each_line_ends_with_its_runs_and_says_what_its_scenarios_count(tmp_path):
+    scenario = load(shipped_scenarios()["B3"])
+    late = replace(scenario, name="late", target=ScenarioGoal(0.03, since="first liked"))
+    short = tuple(replace(each, person="sd10") for each in (record(0, 0.02), record(1, 0.02, 0.001)))
+    results = [results_of(scenario, RECORDS[:3]), results_of(late, RECORDS[:1]), results_of(scenario, short)]
+    lines = needed_labels(results)
+    assert {name: learned_shares(line)[0][-1] for name, line in lines.items()} == {"exact": 64, "sd10": 32}
+    remark = draw_answer(results, tmp_path).remark
+    assert "stays at most its scenario's 0.01 to 0.03 nats from that preference's." in remark
+    assert "Scores count from the first liked model on for `late`." in remark
+    assert "- `exact`: 40 scores are needed for half of 4 runs; 3 are learned after 48 to 64." in remark
+    assert "- `sd10`: more than 16 scores are needed for half of 2 runs; 1 is learned after 16 to 32." in remark
 
 
 def test_persons_stand_one_below_the_other_each_with_the_worst_scenario_first(tmp_path):
