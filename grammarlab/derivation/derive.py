@@ -157,7 +157,8 @@ def derive(
     recorder = workspace.recorder
     finished_leaves = finished(recorder.leaves(workspace.meshes, workspace.frames), workspace)
     rotations, frame = workspace.frames.used(finished_leaves.frame)
-    texture_maps, texture_map = workspace.texture_maps.used(finished_leaves.texture_map)
+    with np.errstate(all="ignore"):  # as for all that operations compute
+        texture_maps, texture_map = workspace.texture_maps.used(finished_leaves.texture_map)
     return Forest(
         lots=lots,
         symbols=program.symbols,

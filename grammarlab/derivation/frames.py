@@ -137,9 +137,18 @@ class FrameTable:
             frames, axes = (part.astype(np.int32) for part in np.divmod(pairs, limit))
             return self.rotated_about(frames, axes, rotations[None].repeat(len(pairs), axis=0))[inverse]
         rotations_in_frames = rotations.copy()
-        relative = np.swapaxes(self.rotations(axes[other]), 1, 2) @ self.rotations(frames[other])
+        about, own = self.rotations(axes[other]), self.rotations(frames[other])
+        relative = np.swapaxes(about, 1, 2) @ own
         rotations_in_frames[other] = np.swapaxes(relative, 1, 2) @ rotations[other] @ relative
-        return self.rotated(frames, rotations_in_frames)
+        cube = cube_indices(rotations_in_frames)
+        result = self.turned_each(frames, cube)
+        skew = np.flatnonzero(cube < 0)
+        if len(skew):
+            turned = self.rotations(frames) @ rotations
+            # A product with ``rotations_in_frames`` has the frame three times, whose rounding error would triple.
+            turned[other] = about @ rotations[other] @ np.swapaxes(about, 1, 2) @ own
+            result[skew] = self.add(turned[skew])
+        return result
 
     def are_left_handed(self, frames: Ids) -> NDArray[np.bool_]:
         """[N] whether frames have a left-handed base."""

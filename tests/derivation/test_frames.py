@@ -69,6 +69,42 @@ def test_one_rotation_makes_one_base_for_each_different_frame():
     assert np.allclose(table.rotations(frames), CUBE[[0, 5, 0, 5]] @ turn)
 
 
+@pytest.mark.parametrize("stacked", [False, True])
+def test_a_thousand_turns_about_other_axes_are_one_turn_by_their_sum(stacked):
+    """A third of the frames is turned about its own axes, as it becomes, the others about those of a fixed frame."""
+    table = FrameTable()
+    start = table.add(Rotation.random(2, rng=np.random.default_rng(3)).as_matrix())
+    axes, first = start[[0, 0]], np.array([0, start[1]], dtype=np.int32)
+    frames, itself = first, start[:1]
+    turn = euler(0.0, 1.0, 0.0)
+    for _ in range(1000):
+        frames, itself = np.split(
+            table.rotated_about(
+                np.append(frames, itself), np.append(axes, itself), turn[None].repeat(3, axis=0) if stacked else turn
+            ),
+            [2],
+        )
+    about = table.rotations(axes)
+    whole = euler(0.0, 1000.0, 0.0)
+    turned = table.rotations(frames)
+    np.testing.assert_allclose(turned, about @ whole @ about.mT @ table.rotations(first), atol=1e-12)
+    np.testing.assert_allclose(turned @ turned.mT, np.eye(3)[None].repeat(2, axis=0), atol=1e-12)
+    np.testing.assert_allclose(table.rotations(itself), table.rotations(start[:1]) @ whole, atol=1e-12)
+
+
+def test_right_angles_about_other_axes_add_no_frames():
+    table = FrameTable()
+    (base,) = table.add(Rotation.random(1, rng=np.random.default_rng(3)).as_matrix())
+    frames, axes = base + np.arange(24, dtype=np.int32), np.full(24, base + 7, dtype=np.int32)
+    for x, y, z in ((90, 0, 0), (0, -90, 0), (0, 180, 90)):
+        turned = table.rotated_about(frames, axes, euler(x, y, z))
+        assert set(turned) == set(frames)
+        about = table.rotations(axes)
+        np.testing.assert_allclose(
+            table.rotations(turned), about @ euler(x, y, z) @ about.mT @ table.rotations(frames), atol=1e-12
+        )
+
+
 def test_used_frames_are_renumbered_without_gaps():
     table = FrameTable()
     table.add(Rotation.random(3, rng=np.random.default_rng(1)).as_matrix())

@@ -48,6 +48,21 @@ def test_shapes_turn_about_the_axes_of_the_pivot_first_x_then_y_then_z(operation
     assert np.allclose(turned, Rotation.from_euler(order, angles, degrees=True).as_matrix(), atol=1e-12)
 
 
+def test_the_steps_of_a_spiral_stair_stand_where_their_number_says():
+    """Every turn is about the axes of the pivot, so the last of the 90 frames is made of all the others."""
+    grammar = Grammar.parse("""
+        Lot --> s(1, 0.2, 0.3) Stair(90)
+        Stair(n) --> case n > 0 : [ i("builtin:cube") Step. ] t(0.5, 0.2, 0) r(0, 10, 0) Stair(n - 1) else : NIL
+    """)
+    forest = derive(grammar, 1, 0)
+    order = np.argsort(forest.leaves.position[:, 1])
+    place, frame = forest.leaves.position[order], forest.leaves.frame[order]
+    turns = Rotation.from_rotvec(np.outer(10 * np.arange(90), [0.0, 1.0, 0.0]), degrees=True)
+    np.testing.assert_allclose(forest.frames[frame], turns.as_matrix(), atol=1e-12)
+    ends = np.cumsum(turns.apply([0.5, 0.2, 0.0]), axis=0)
+    np.testing.assert_allclose(place[1:] - place[0], ends[:-1], atol=1e-11)
+
+
 def test_the_angles_of_a_scope_are_those_it_was_turned_by():
     forest = sampled('Lot --> r(-10, 70, 25) report("x", scope.rx) report("y", scope.ry) report("z", scope.rz) A')
     assert np.allclose(forest.reports.value, [-10, 70, 25])

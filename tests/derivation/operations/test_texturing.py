@@ -119,6 +119,16 @@ def test_the_maps_of_moved_shapes_do_not_depend_on_when_they_are_read(axes, move
     assert maps[0].tobytes() == maps[1].tobytes() == maps[2].tobytes()
 
 
+def test_numbers_out_of_range_in_maps_are_no_warnings_whenever_they_are_computed():
+    rules = "Lot --> comp(f) {{ all : projectUV(0) s(1e-320, '1, '1) {read} Leaf. }}"
+    late, early = (
+        derive(Grammar.parse(rules.format(read=read)), 2, 1) for read in ("", 'report("u", geometry.uMin(0))')
+    )
+    assert len(late.texture_maps) == 1
+    assert not np.isfinite(late.texture_maps).all()
+    assert late.texture_maps.tobytes() == early.texture_maps.tobytes()
+
+
 def test_equal_maps_of_a_forest_are_one():
     """Two projections that agree, and moves along which nothing changes, need no maps of their own."""
     rules = """
