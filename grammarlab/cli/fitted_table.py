@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from shutil import get_terminal_size
 from typing import TYPE_CHECKING
 
 from grammarlab.cli.console import print_result
 from grammarlab.printable import printable
 
 if TYPE_CHECKING:
+    from rich.console import Console
     from rich.table import Table
 
 _WIDEST = 30
@@ -28,27 +29,54 @@ def print_table(title: str, columns: Mapping[str, Sequence[str | int]], names: C
         columns: cells by heading, the first of which identify rows.
         names: headings of the columns whose words are not broken.
     """
-    from rich.console import Console
+    from rich.text import Text
 
-    console = Console()
+    console = _console()
     texts = {heading: [printable(str(cell)) for cell in cells] for heading, cells in columns.items()}
     numeric = [all(isinstance(cell, int) for cell in cells) for cells in columns.values()]
     widths = _widths(texts, numeric, names, console.width - _GAP * (len(columns) - 1))
     if widths:
         console.print(_table(title, texts, numeric, widths))
         return
-    console.print(title, style="italic", markup=False)
+    console.print(Text(title, "italic"))
     for line in _lines(texts, console.width):
         # What is wider than the terminal is a name, which the terminal itself continues in its next line.
-        console.print(line, soft_wrap=True, markup=False, highlight=False)
+        console.print(Text(line), soft_wrap=True)
 
 
 def print_text(text: str) -> None:
     """Print text in lines as wide as the terminal, whose words are whole."""
+    for line in wrapped(printable(text), _console().width):
+        print_result(line)
+
+
+def wrapped(text: str, width: int, indent: str = "") -> list[str]:
+    """Lines of whole words; only a word alone in its line may have more cells than the width.
+
+    Lines may also end before and after wide letters, since Japanese and Chinese have no blanks.
+    """
+    from rich.cells import cell_len
+
+    lines: list[str] = []
+    line = indent
+    for word in text.split():
+        blank = " "
+        for part in _parts(word):
+            if line != indent and cell_len(line + blank + part) > width:
+                lines.append(line)
+                line = indent
+            line += part if line == indent else blank + part
+            blank = ""
+    return [*lines, line] if line != indent else lines
+
+
+def _console() -> Console:
     from rich.console import Console
 
-    for line in _wrapped(printable(text), Console().width):
-        print_result(line)
+    console = Console()
+    # COLUMNS=0 says nothing about the terminal.
+    console.width = console.width or get_terminal_size().columns
+    return console
 
 
 def _table(title: str, texts: Mapping[str, Sequence[str]], numeric: Sequence[bool], widths: Sequence[int]) -> Table:
@@ -72,20 +100,22 @@ def _lines(texts: Mapping[str, Sequence[str]], width: int) -> list[str]:
     lines = [""]
     for first, *others in zip(*texts.values(), strict=True):
         facts = (f"{heading}: {cell}" for heading, cell in zip(list(texts)[1:], others, strict=True) if cell)
-        lines += [first, *_wrapped("; ".join(facts), width, indent=_INDENT)]
+        lines += [first, *wrapped("; ".join(facts), width, indent=_INDENT)]
     return lines
 
 
-def _wrapped(text: str, width: int, indent: str = "") -> list[str]:
-    """Lines of whole words."""
-    return textwrap.wrap(
-        text,
-        width,
-        initial_indent=indent,
-        subsequent_indent=indent,
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+def _parts(word: str) -> Iterator[str]:
+    """Parts of a word between which a line may end."""
+    from rich.cells import cell_len
+
+    part = ""
+    for letter in word:
+        # Marks, which have no width, stay with the letter that they change.
+        if part and cell_len(letter) and (cell_len(letter) > 1 or cell_len(part[0]) > 1):
+            yield part
+            part = ""
+        part += letter
+    yield part
 
 
 def _widths(

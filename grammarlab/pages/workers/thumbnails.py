@@ -90,18 +90,19 @@ class Thumbnails:
             send: receives sprite sheets; a model may be sent twice, the later picture is better.
             good: models whose pictures are to be good, which may have quick ones there already; by default `models`.
         """
-        good = models if good is None else good
-        every = list(dict.fromkeys((*models, *good)))
-        self._requests[send] = _Request(size, frozenset(every), frozenset(good))
+        every = list(dict.fromkeys((*models, *(good or ()))))
+        request = _Request(size, frozenset(every), frozenset(models if good is None else good))
+        self._requests[send] = request
+        shown = frozenset(models)
         cached = [model for model in every if (model, size) in self._cache]
-        poor = [model for model in cached if model in good and self._cache[model, size].samples < GOOD]
-        news = [model for model in cached if model in models or model not in poor]
+        poor = [model for model in cached if model in request.good and self._cache[model, size].samples < GOOD]
+        news = [model for model in cached if model in shown or self._cache[model, size].samples >= GOOD]
         for start in range(0, len(news), SHEET):
             part = news[start : start + SHEET]
             _send_sheet(send, size, part, [self._use(model, size) for model in part])
         missing = [model for model in every if (model, size) not in self._cache]
-        awaited = [model for model in missing if model in good]
-        quick = missing if len(awaited) >= MIN_QUICK else [model for model in missing if model not in good]
+        awaited = [model for model in missing if model in request.good]
+        quick = missing if len(awaited) >= MIN_QUICK else [model for model in missing if model not in request.good]
         # The very first picture does not wait for others.
         head = quick[:1] if not self.shows_something else []
         # The last one submitted in front is done first.

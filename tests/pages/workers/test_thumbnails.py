@@ -231,3 +231,28 @@ def test_warnings_come_with_the_pictures():
     assert not found
     easel.draw()
     assert found == [(FINDING,)]
+
+
+class Address(str):
+    """An address that counts how often it is compared with one that is not itself."""
+
+    __slots__ = ()
+    compared = 0
+    __hash__ = str.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        Address.compared += 1
+        return str.__eq__(self, other)
+
+
+@pytest.mark.parametrize("good", [None, 150])
+def test_no_model_is_compared_with_the_others(good: int | None):
+    Address.compared = 0
+    models = [Address(f"a-{k}") for k in range(300)]
+    easel, viewer = Easel(), Viewer()
+    thumbnails = Thumbnails(easel, ignore)
+    for _ in range(2):  # with nothing in the cache, and with quick pictures of all
+        thumbnails.request(models, 32, viewer.send, None if good is None else models[good:])
+        easel.draw(len(models) // CHUNK)
+    assert len(easel.drawn) > len(models) // CHUNK
+    assert Address.compared == 0
