@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
+from weakref import finalize
 
 from grammarlab.derivation.array_expressions import makes_arrays
 from grammarlab.derivation.calls.texture_transfer import PIVOT_POSITION
@@ -112,34 +113,23 @@ _KINDS: dict[str, SiteKind] = {
 }
 
 
+_PROGRAMS: dict[int, Program] = {}
+"""Programs of the grammars that exist, by their `id`: of equal texts, the imported files may differ."""
+
+
 def compile_grammar(grammar: Grammar) -> Program:
-    """A grammar compiled to a program, independent of models and seeds; the same one for the last few grammars.
+    """A grammar compiled to a program, independent of models and seeds; the same one as long as the grammar exists.
 
     Raises:
         UsageError: If it is not a grammar.
         DerivationError: If the grammar has no start rule.
     """
     check_type("grammar", grammar, Grammar, EXAMPLE)
-    return _program(_Itself(grammar))
-
-
-class _Itself:
-    """A grammar that equals no other one: of equal texts, the imported files may differ."""
-
-    def __init__(self, grammar: Grammar) -> None:
-        self.grammar = grammar
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Itself) and other.grammar is self.grammar
-
-    def __hash__(self) -> int:
-        return id(self.grammar)
-
-
-@lru_cache(maxsize=8)
-def _program(of: _Itself) -> Program:
-    """The program of a grammar, kept for the next calls: models are often derived one by one."""
-    return _Compilation(of.grammar).program()
+    program = _PROGRAMS.get(id(grammar))
+    if program is None:
+        program = _PROGRAMS[id(grammar)] = _Compilation(grammar).program()
+        finalize(grammar, _PROGRAMS.pop, id(grammar), None).atexit = False
+    return program
 
 
 class _Compilation:

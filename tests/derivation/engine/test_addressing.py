@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -121,6 +123,20 @@ def test_other_seeds_make_other_models():
     program = compile_grammar(Grammar.parse("attr h = rand(1, 5)\nLot --> extrude(h) A"))
     heights = {derive(program, 1, seed).leaves.size[0, 1] for seed in (0, 1, 2**63, 2**64 - 1)}
     assert len(heights) == 4
+
+
+def test_the_program_of_a_grammar_goes_with_it():
+    """Of many grammars at once, each has its own program until it goes."""
+    grammars = [Grammar.parse(f"attr h = rand(1, {n})\nLot --> extrude(h) A") for n in range(2, 22)]
+    programs = [compile_grammar(grammar) for grammar in grammars]
+    assert all(compile_grammar(grammar) is program for grammar, program in zip(grammars, programs, strict=True))
+    codes = [weakref.ref(program.attributes["h"].code) for program in programs]
+    del programs
+    gc.collect()
+    assert all(code() for code in codes)
+    del grammars
+    gc.collect()
+    assert not any(code() for code in codes)
 
 
 def test_a_grammar_is_compiled_once_and_one_of_equal_text_for_itself():
