@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +44,7 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.contrasts import choice_of
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.targets.divergence import agreement
+from grammarlab.learning.targets.statements import IS, IS_NOT, OF_THESE, Statement, all_of, all_shown, any_of, shown
 from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, MIN_PART, NEGLIGIBLE_SHARE, SCORE_STEP
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
 
@@ -64,15 +66,14 @@ _STATEMENT_STARTS, _STATEMENT_ENDS = (
 """Beginnings and ends of names of columns that are statements, not things."""
 _NUMBER_OF = "number of "
 """What names of columns begin with that count a part."""
+_KINDS_OF = "number of kinds of "
+"""What names of columns begin with that count which alternatives of a part occur."""
+_THESE = "these: "
+"""What names of columns without the number begin with that count things of which each is there or not."""
 _NUMBER = re.compile(r" \(\d+\)$")
 """What tells names of columns apart that would be equal."""
 _WITH = " with "
 """What connects two choices that go together."""
-_OF_THESE = " of these: "
-"""What stands before a list of things of which some number is there."""
-_TERM = r"[^,;()=≠]+ = [^,;()=≠]+?"
-_ALTERNATIVES = re.compile(rf"{_TERM}(?: or {_TERM})+(?= \(|[,;)]|$)")
-"""Choices of which one is made: ``A = x or B = x``."""
 _DENIALS = (re.compile(r"^(no|not|none|at most) | does not hold$| never$"), re.compile(r" ≠ "))
 """What conditions have that say what is missing."""
 
@@ -109,12 +110,6 @@ class Words:
     voices: tuple[str, ...] = ()
     """Those sentences of ``knowledge`` that say that the scores are not of one taste."""
 
-    def displayed(self, names: DisplayNames) -> Words:
-        """The kinds in the words of people instead of the identifiers of a grammar."""
-        likes, dislikes = (tuple(_joined(names.text(kind)) for kind in side) for side in (self.likes, self.dislikes))
-        contrasts = tuple(replace(contrast, text=names.text(contrast.text)) for contrast in self.contrasts)
-        return replace(self, likes=likes, dislikes=dislikes, contrasts=contrasts)
-
     @property
     def lines(self) -> tuple[str, ...]:
         """What is not known yet, and a sentence for each side that is not empty."""
@@ -133,7 +128,13 @@ class _Range:
     """Upper bound, excluded; infinity for none."""
 
 
-def words_of(table: DesignTable, scores: Floats, weights: Floats, addresses: Sequence[Address] = ()) -> Words:
+def words_of(
+    table: DesignTable,
+    scores: Floats,
+    weights: Floats,
+    addresses: Sequence[Address] = (),
+    display: DisplayNames | None = None,
+) -> Words:
     """Description of predictions.
 
     Args:
@@ -141,11 +142,12 @@ def words_of(table: DesignTable, scores: Floats, weights: Floats, addresses: Seq
         scores: [m] predicted for the first m designs of the table, 0 to 100.
         weights: [m] >= 0, importance weight of each design.
         addresses: [m] addresses of the designs; without them, contrasts have no examples.
+        display: words of people for the identifiers of the grammar; None for the identifiers themselves.
     """
     rows = table.values(len(scores))
     if not (weights * scores).any() or np.ptp(scores) == 0.0:
         return Words((), ())
-    names = _ColumnWords(table, rows)
+    names = _ColumnWords(table, rows, display or DisplayNames({}, {}, {}))
     tree = _small_tree(rows, scores, weights, names)
     words = _parts(tree, rows, scores, weights, names) or _kinds(tree, rows, scores, weights, names)
     if not (words.likes or words.dislikes):
@@ -205,7 +207,8 @@ def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
             part for part in parts if part.choice == first.choice and abs(part.points - first.points) <= _MIN_POINTS
         ]
         alike = alike if first.bound <= 1.0 else [first]
-        text = " or ".join(names.condition(_Range(part.column, part.bound, np.inf)) for part in alike)
+        condition = any_of([names.condition(_Range(part.column, part.bound, np.inf)) for part in alike])
+        text = shown(condition, names.display)
         points = float(np.mean([part.points for part in alike]))
         parts = [part for part in parts if part not in alike]
         if not parts and not any(sides):
@@ -231,37 +234,70 @@ def _kinds(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     """The most frequent liked leaves, and the most frequent others."""
     leaf = leaves_of(tree, rows)
     means = means_of(leaf, len(tree) + 1, scores, weights)
-    mass = np.bincount(leaf, weights, len(tree) + 1).astype(np.float64)
     if means.max() < SCORE_STEP:
         return Words((), ())
-    ranges = _ranges(tree)
+    mass = np.bincount(leaf, weights, len(tree) + 1).tolist()
+    kinds = _merged([_Kind(*each) for each in zip(_ranges(tree), mass, means.tolist(), strict=True) if each[1] > 0.0])
+    best = max(kind.mean for kind in kinds)
 
-    def select(is_candidate: NDArray[np.bool_], by: Floats, most: int) -> list[int]:
-        candidates = [
-            index for index in np.argsort(-by, kind="stable").tolist() if is_candidate[index] and mass[index] > 0.0
-        ]
-        return [index for index in candidates if 0 < len(ranges[index]) <= most][:MOST_NAMED]
+    def text(some: Sequence[_Kind]) -> tuple[str, ...]:
+        return tuple(f"{names.text(kind.ranges)} ({kind.mean:.0f})" for kind in some)
 
-    def text(indices: Sequence[int]) -> tuple[str, ...]:
-        return tuple(f"{names.kind(ranges[index])} ({means[index]:.0f})" for index in indices)
-
-    likes = select(means >= LIKED_SHARE * means.max(), mass * means, SEVERAL)
-    likes.sort(key=lambda index: -means[index])
-    dislikes = select(means < _MAX_UNEXPLAINED * means.max(), mass, MOST_NAMED)
-    are_all = len(likes) + len(dislikes) == np.count_nonzero(mass)
-    if not are_all or min(len(likes), len(dislikes)) != 1 or np.ptp(means[likes]) > _MIN_POINTS:
+    likes = [kind for kind in kinds if kind.mean >= LIKED_SHARE * best and 0 < len(kind.ranges) <= SEVERAL]
+    likes = sorted(likes, key=lambda kind: -kind.mass * kind.mean)[:MOST_NAMED]
+    likes.sort(key=lambda kind: -kind.mean)
+    dislikes = [kind for kind in kinds if kind.mean < _MAX_UNEXPLAINED * best and 0 < len(kind.ranges) <= MOST_NAMED]
+    dislikes = sorted(dislikes, key=lambda kind: -kind.mass)[:MOST_NAMED]
+    are_all = len(likes) + len(dislikes) == len(kinds)
+    if not are_all or min(len(likes), len(dislikes)) != 1 or np.ptp([kind.mean for kind in likes]) > _MIN_POINTS:
         return Words(text(likes), text(dislikes))
     # All other designs are those of the other side, which would say the same again.
-    is_like = len(dislikes) > 1 or (len(likes) == 1 and _is_told(*(names.kind(ranges[i]) for i in (*likes, *dislikes))))
-    (index,), others = (likes, dislikes) if is_like else (dislikes, likes)
-    rest = np.average(means[others], weights=mass[others])
-    alone = (f"{names.kind(ranges[index])} ({means[index]:.0f}; others {rest:.0f})",)
+    is_like = len(dislikes) > 1 or (len(likes) == 1 and _is_told(*(names.kind(k.ranges) for k in (*likes, *dislikes))))
+    (kind,), others = (likes, dislikes) if is_like else (dislikes, likes)
+    rest = np.average([other.mean for other in others], weights=[other.mass for other in others])
+    alone = (f"{names.text(kind.ranges)} ({kind.mean:.0f}; others {rest:.0f})",)
     return Words(alone, ()) if is_like else Words((), alone)
 
 
-def _is_told(kind: str, other: str) -> bool:
+class _Kind(NamedTuple):
+    """A kind of designs."""
+
+    ranges: dict[int, _Range]
+    """Its range of each column, without columns of which everything is in it."""
+    mass: float
+    mean: float
+    """Mean score."""
+
+
+def _merged(kinds: list[_Kind]) -> list[_Kind]:
+    """Kinds, those as one that a single condition distinguishes and whose mean scores hardly differ."""
+    for (first, one), (second, other) in combinations(enumerate(kinds), 2):
+        ranges = _union(one.ranges, other.ranges)
+        if ranges is not None and abs(one.mean - other.mean) <= _MIN_POINTS:
+            mass = one.mass + other.mass
+            merged = _Kind(ranges, mass, (one.mass * one.mean + other.mass * other.mean) / mass)
+            return _merged([*kinds[:first], merged, *kinds[first + 1 : second], *kinds[second + 1 :]])
+    return kinds
+
+
+def _union(ranges: dict[int, _Range], others: dict[int, _Range]) -> dict[int, _Range] | None:
+    """Ranges of the designs in either of two kinds; None if more than one condition distinguishes these."""
+    columns = [column for column in ranges.keys() | others.keys() if ranges.get(column) != others.get(column)]
+    if len(columns) != 1 or ranges.keys() != others.keys():
+        return None
+    (column,) = columns
+    first, second = sorted((ranges[column], others[column]), key=lambda each: each.low)
+    if first.high != second.low:
+        return None
+    union = replace(first, high=second.high)
+    rest = {each: interval for each, interval in ranges.items() if each != column}
+    return rest if np.isinf(union.low) and np.isinf(union.high) else {**ranges, column: union}
+
+
+def _is_told(kind: Sequence[Statement], other: Sequence[Statement]) -> bool:
     """Whether a kind is described rather than all others: not if only the others say what there is."""
-    denials, other_denials = (sum(bool(denial.search(text)) for denial in _DENIALS) for text in (kind, other))
+    texts = (", ".join(each.text for each in statements) for statements in (kind, other))
+    denials, other_denials = (sum(bool(denial.search(text)) for denial in _DENIALS) for text in texts)
     return denials <= other_denials
 
 
@@ -284,7 +320,7 @@ def _contrasts(
         best_first = sorted(np.flatnonzero(has[: len(addresses)]).tolist(), key=lambda row: -scores[row])
         examples = [addresses[row] for row in best_first if not addresses[row].flat][:MANY]
         text = " = ".join(table.names[column].removeprefix("number of ").rsplit(" → ", 1))
-        yield ContrastWords(text, table.features[column], without, having, tuple(examples))
+        yield ContrastWords(names.display.text(text), table.features[column], without, having, tuple(examples))
 
 
 def _ranges(tree: Sequence[Split]) -> list[dict[int, _Range]]:
@@ -298,17 +334,12 @@ def _ranges(tree: Sequence[Split]) -> list[dict[int, _Range]]:
     return leaves
 
 
-class _Statement(NamedTuple):
-    text: str
-    sign: str = ""
-    """What connects its parts: ``and``, ``or``; empty for a single one."""
-
-
 class _ColumnWords:
     """Words for conditions on columns."""
 
-    def __init__(self, table: DesignTable, rows: Floats) -> None:
+    def __init__(self, table: DesignTable, rows: Floats, display: DisplayNames) -> None:
         self.table = table
+        self.display = display
         self._rows = rows
         self.is_integer = ~table.continuous
         if table.logarithmic is not None:
@@ -352,7 +383,11 @@ class _ColumnWords:
         ]
         return np.array(are_made, dtype=bool)
 
-    def kind(self, ranges: dict[int, _Range]) -> str:
+    def text(self, ranges: dict[int, _Range]) -> str:
+        """A kind of designs in the words of people."""
+        return all_shown(self.kind(ranges), self.display)
+
+    def kind(self, ranges: dict[int, _Range]) -> list[Statement]:
         """All conditions on a kind of designs, without implied ones."""
         groups = self.table.groups
         chosen = {
@@ -363,39 +398,38 @@ class _ColumnWords:
             for column, interval in ranges.items()
             if not (self._is_choice(column) and interval.low <= 0.0 and int(groups[column]) in chosen)
         ]
-        # Present properties are more informative than missing ones; a list ends where the text does, or a parenthesis.
+        # Present properties are more informative than missing ones.
         present = [interval for interval in conditions if interval.low > 0.0]
         missing = [interval for interval in conditions if interval.low <= 0.0]
-        said, denied = list(map(self.condition, present)), list[str]()
+        said, denied = list(map(self.condition, present)), list[Statement]()
         for group in dict.fromkeys(int(groups[interval.column]) for interval in missing):
             same = [interval for interval in missing if groups[interval.column] == group]
             rest = self._rest_of_choice([interval.column for interval in same])
-            said += [rest] if rest else []
-            denied += [] if rest else map(self.condition, same)
-        texts = [*said, *denied]
-        lists = [text for text in texts if _OF_THESE in text]
-        enclosed = [f"{text.replace(_OF_THESE, ' of (')})" for text in lists[:-1]]
-        return ", ".join([*(text for text in texts if _OF_THESE not in text), *enclosed, *lists[-1:]])
+            if rest is None:
+                denied += map(self.condition, same)
+            else:
+                said.append(rest)
+        return [*said, *denied]
 
-    def _rest_of_choice(self, excluded: Sequence[int]) -> str:
-        """The alternatives of a choice that are left, if they are not more than the others; empty for anything else."""
+    def _rest_of_choice(self, excluded: Sequence[int]) -> Statement | None:
+        """The alternatives of a choice that are left, if they are not more than the others; None for anything else."""
         names, groups = self.table.names, self.table.groups
         place = names[excluded[0]].rpartition(" → ")[0]
         alternatives = np.flatnonzero(groups == groups[excluded[0]]).tolist()
         is_one = place and all(names[column].rpartition(" → ")[0] == place for column in alternatives)
         rest = [column for column in alternatives if column not in excluded]
-        if not is_one or not rest or len(rest) > len(excluded) or len(excluded) < 2:
-            return ""
+        if not is_one or not rest or len(rest) > len(excluded):
+            return None
         if not all(map(self._is_choice, alternatives)) or (self._rows[:, alternatives].sum(axis=1) != 1.0).any():
-            return ""
-        return " or ".join(self.condition(_Range(column, 0.5, np.inf)) for column in rest)
+            return None
+        return any_of([self.condition(_Range(column, 0.5, np.inf)) for column in rest])
 
-    def condition(self, interval: _Range) -> str:
+    def condition(self, interval: _Range) -> Statement:
         """One condition."""
         column, name = interval.column, self.table.names[interval.column]
         if compared := self._comparison(interval) or self._of_product(interval):
-            return compared
-        return " ".join(self._choice(interval) if self._is_choice(column) else self._amount(name, interval))
+            return Statement(compared)
+        return self._choice(interval) if self._is_choice(column) else self._amount(name, interval)
 
     def _comparison(self, interval: _Range) -> str:
         """What a bound near 0 on a difference says: ``a below b``; empty for other conditions."""
@@ -424,48 +458,46 @@ class _ColumnWords:
         if not self._is_choice(columns[0]):
             return ""
         numbers = replace(interval, column=columns[1])
-        return f"{self.condition(_Range(columns[0], 0.5, np.inf))}, {self.condition(numbers)}"
+        return f"{self.condition(_Range(columns[0], 0.5, np.inf)).text}, {self.condition(numbers).text}"
 
     def _is_choice(self, column: int) -> bool:
         """Whether a column is a property that designs have or not: its values are 0 and 1."""
         return bool(self.is_integer[column]) and self.lowest[column] == 0.0 and self.highest[column] == 1.0
 
-    def _choice(self, interval: _Range) -> Iterator[str]:
+    def _choice(self, interval: _Range) -> Statement:
+        """Whether designs have a property."""
         name, feature = self.table.names[interval.column], self.table.features[interval.column]
         before, arrow, after = name.removeprefix("any ").rpartition(" → ")
-        has, thing = interval.low > 0.0, name.removeprefix("number of ").removeprefix("any ")
+        # Of 0 or 1 kinds of a part there is 1 where the part is.
+        has, thing = interval.low > 0.0, name.removeprefix(_KINDS_OF).removeprefix(_NUMBER_OF).removeprefix("any ")
+        if thing.startswith(_THESE):
+            thing = f"{ONE_OF}{thing.removeprefix(_THESE)}"
         if thing.startswith(ONE_OF):
-            yield thing if has else f"none{thing.removeprefix('one')}"
-            return
+            return Statement(thing if has else f"none{thing.removeprefix('one')}")
         if thing.startswith(RELATION):
-            yield f"{thing} {'holds' if has else 'does not hold'}"
-            return
+            return Statement(f"{thing} {'holds' if has else 'does not hold'}")
         if thing.startswith(COMBINATION):
-            yield f"{thing}: {'1' if has else 'none'}"
-            return
+            return Statement(f"{thing}: {'1' if has else 'none'}")
         if isinstance(feature, Formula) and _WITH not in name and (said := self._said(feature.steps[-1], feature, has)):
-            yield said.text
-            return
+            return said
         if BESIDE in thing:
-            yield thing if has else thing.replace(BESIDE, f" not{BESIDE}")
-            return
+            return Statement(thing if has else thing.replace(BESIDE, f" not{BESIDE}"))
         bare = _NUMBER.sub("", thing)
         is_sentence = bare.startswith(_STATEMENT_STARTS) or bare.endswith(_STATEMENT_ENDS)
         is_sentence |= _WITH in bare and all(" = " in choice for choice in bare.split(_WITH))
         if isinstance(feature, Formula) and (arrow or (is_statement(feature) and not is_sentence)):
-            yield name if has else f"not ({name})"
-            return
-        denial = "not" if is_sentence else "no"
-        yield f"{before} {'=' if has else '≠'} {after}" if arrow else thing if has else f"{denial} {thing}"
+            return Statement(name if has else f"not ({name})")
+        if arrow:
+            return Statement.of_choice(before, IS if has else IS_NOT, after)
+        return Statement(thing if has else f"{'not' if is_sentence else 'no'} {thing}")
 
-    def _said(self, step: Step, formula: Formula, holds: bool) -> _Statement | None:
+    def _said(self, step: Step, formula: Formula, holds: bool) -> Statement | None:
         """What a step of a formula of things that are there or not says if it holds, or if not; None for anything else.
 
         In a statement, a sum of numbers of things is above 0 if any of them is there, a product if all are.
         """
         if isinstance(step, Measure):
-            text = self._thing_said(step.feature, holds)
-            return _Statement(text) if text else None
+            return self._thing_said(step.feature, holds)
         if not isinstance(step, Apply):
             return None
         operands = [formula.steps[index] for index in step.operands]
@@ -474,73 +506,71 @@ class _ColumnWords:
         if step.operation in ("and", "*", "or", "+"):
             sign = "and" if (step.operation in ("and", "*")) == holds else "or"
             parts = [self._said(operand, formula, holds) for operand in operands]
-            if not all(parts):
+            known = [part for part in parts if part]
+            if len(known) < len(parts):
                 return None
-            texts = [part.text if part.sign in ("", sign) else f"({part.text})" for part in parts if part]
-            text = f" {sign} ".join(texts)
-            return _Statement(text, sign) if len(text) <= MAX_LENGTH else None
+            joined = any_of(known) if sign == "or" else all_of(known)
+            return joined if len(joined.text) <= MAX_LENGTH else None
         if step.operation in ("==", "!="):
             return self._equality(operands, holds == (step.operation == "=="))
         return None
 
-    def _equality(self, operands: Sequence[Step], are_equal: bool) -> _Statement | None:
+    def _equality(self, operands: Sequence[Step], are_equal: bool) -> Statement | None:
         """Whether both or neither of two properties are there; None for anything else."""
         features = [operand.feature for operand in operands if isinstance(operand, Measure)]
         columns = [self.table.features.index(feature) for feature in features if feature in self.table.features]
-        things = [self._thing_said(feature, True) for feature in features]
-        if len(columns) != 2 or not all(map(self._is_choice, columns)) or not all(things):
+        things = [thing for feature in features if (thing := self._thing_said(feature, True))]
+        absent = [thing for feature in features if (thing := self._thing_said(feature, False))]
+        if len(columns) != 2 or not all(map(self._is_choice, columns)) or len(things) < 2:
             return None
-        first, second = things
         if (self._rows[:, columns] > 0.0).all(axis=1).any():
+            first, second = (thing.text for thing in things)
             text = f"both or neither of {first} and {second}" if are_equal else f"{first} or {second} but not both"
-            return _Statement(text, "but")
-        if are_equal:
-            return _Statement(" and ".join(self._thing_said(feature, False) for feature in features), "and")
-        return _Statement(f"{first} or {second}", "or")
+            return Statement(text, "but")
+        return all_of(absent) if are_equal else any_of(things)
 
-    def _thing_said(self, feature: Feature, holds: bool) -> str:
-        """That something is there, or is not; empty for what is no part, choice or bound of a draw."""
+    def _thing_said(self, feature: Feature, holds: bool) -> Statement | None:
+        """That something is there, or is not; None for what is no part, choice or bound of a draw."""
         if isinstance(feature, Threshold):
-            return threshold_words(feature, holds)
+            return Statement(threshold_words(feature, holds))
         name = self.table.words[feature]
         if not isinstance(feature, Pattern | Present) or BESIDE in name or _WITH in name or _NO_CHOICE.search(name[4:]):
-            return ""
+            return None
         thing = name.removeprefix(_NUMBER_OF).removeprefix("any ")
         place, arrow, value = thing.rpartition(" → ")
         if not arrow:
-            return thing if holds else f"no {thing}"
+            return Statement(thing if holds else f"no {thing}")
         is_once = feature in self.table.features and self._is_choice(self.table.features.index(feature))
         if is_once or holds:
-            return f"{place} {'=' if holds else '≠'} {value}"
-        return f"{place} = {value} never"
+            return Statement.of_choice(place, IS if holds else IS_NOT, value)
+        return Statement(f"{place} = {value} never")
 
-    def _amount(self, name: str, interval: _Range) -> Iterator[str]:
+    def _amount(self, name: str, interval: _Range) -> Statement:
+        """How much of something designs have."""
         low, high = interval.low, interval.high
         if np.ceil(high) - 1.0 == self.lowest[interval.column] > 0.0:
             low = self.lowest[interval.column]  # less never occurs
+        whole = self._whole(low, high)
         if self.is_integer[interval.column] and " + " in name and not set("(·−") & set(name):
             things = name.split(" + ")
             numbered = self._number_of(things, low, high) if self.highest[interval.column] <= len(things) else ""
-            yield numbered or f"{self._whole(low, high)} of these: {', '.join(map(_thing, things))}"
-            return
+            return Statement(numbered or f"{whole}{OF_THESE}{', '.join(map(_thing, things))}")
         place, arrow, value = name.rpartition(" → ")
         is_choice = bool(arrow) and not isinstance(self.table.features[interval.column], Formula)
         if is_choice and self.is_integer[interval.column]:
-            num = self._whole(low, high)
-            often = {"none": " never", "1": " once", "1 or more": ""}
-            yield f"{place} = {value}" + often.get(num, f" {num} times")
-            return
+            if whole == "1 or more":
+                return Statement.of_choice(place, IS, value)
+            often = {"none": "never", "1": "once"}
+            return Statement(f"{place} = {value} {often.get(whole, f'{whole} times')}")
         if isinstance(self.table.features[interval.column], Pattern) and not arrow:
-            thing, num = name.removeprefix(_NUMBER_OF), self._whole(low, high)
+            thing = name.removeprefix(_NUMBER_OF)
             often = {"none": f"no {thing}", "1 or more": thing}
-            yield often.get(num, f"{_NUMBER_OF if ' ' not in thing else ''}{thing}: {num}")
-            return
-        yield f"{name}:" if " " in name else name
+            return Statement(often.get(whole, f"{_NUMBER_OF if ' ' not in thing else ''}{thing}: {whole}"))
+        subject = f"{name}:" if " " in name else name
         if self.is_integer[interval.column]:
-            yield self._whole(low, high)
-            return
+            return Statement(f"{subject} {whole}")
         unit = self.table.units[interval.column] if self.table.units else ""
-        yield self._quantity(low, high) + ("" if unit in ("", DEGREES) else " ") + unit
+        return Statement(f"{subject} {self._quantity(low, high)}{'' if unit in ('', DEGREES) else ' '}{unit}")
 
     @staticmethod
     def _quantity(low: float, high: float) -> str:
@@ -580,41 +610,3 @@ def _thing(name: str) -> str:
     if name.startswith("not ") and " → " in name:
         return name.removeprefix("not ").replace(" → ", " ≠ ")
     return name.replace("not number of ", "no ").removeprefix("number of ").replace(" → ", " = ")
-
-
-def _joined(text: str) -> str:
-    """A text that names the place, or the value, of several choices of which one is made only once.
-
-    >>> _joined("Lot = Tall or Lot = High 14 (+62)")
-    'Lot = Tall / High 14 (+62)'
-    >>> _joined("Gable roof = Attic or Plain roof = Attic or Chalet roof = Attic (90)")
-    'Gable, Plain or Chalet roof = Attic (90)'
-    >>> _joined("A = x or B = y (2)")
-    'A = x or B = y (2)'
-    >>> _joined("C = z, A ≠ x, A ≠ y, B ≠ y (2)")
-    'C = z, A ≠ x / y, B ≠ y (2)'
-    """
-    text = _ALTERNATIVES.sub(lambda match: _of_alternatives(match[0]), text)
-    first, *others = text.split(", ")
-    parts = [first]
-    for part in others:
-        before, after = parts[-1].partition(" ≠ "), part.partition(" ≠ ")
-        is_same = bool(after[1]) and before[0] == after[0] and before[1] == after[1]
-        parts = [*parts[:-1], f"{parts[-1]} / {after[2]}"] if is_same else [*parts, part]
-    return ", ".join(parts)
-
-
-def _of_alternatives(text: str) -> str:
-    places, values = zip(*(choice.split(" = ") for choice in text.split(" or ")), strict=True)
-    if len(set(places)) == 1:
-        return f"{places[0]} = {' / '.join(values)}"
-    if len(set(values)) > 1:
-        return text
-    words = [place.split() for place in places]
-    shared = 0
-    while len({tuple(each[len(each) - shared - 1 :]) for each in words}) == 1 and all(
-        len(each) > shared + 1 for each in words
-    ):
-        shared += 1
-    own = [" ".join(each[: len(each) - shared]) for each in words]
-    return " ".join([f"{', '.join(own[:-1])} or {own[-1]}", *words[0][len(words[0]) - shared :], "=", values[0]])

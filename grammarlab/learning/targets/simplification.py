@@ -114,8 +114,8 @@ def predict(study: Study[Designs], state: State) -> Predicted:
         is_relative = all(factor.num_comparisons == factor.num_labels for factor in factors)
         # Comparisons leave open how high scores are.
         described = scores * (MAX_SCORE / scores[possible].max()) if is_relative else scores
-        words = words_of(table, described, pool_designs.weights, study.tables(state.wide).addresses)
-        words = words.displayed(study.space.display_names)
+        addresses, display = study.tables(state.wide).addresses, study.space.display_names
+        words = words_of(table, described, pool_designs.weights, addresses, display)
         words = replace(words, knowledge=knowledge_of(study, state), voices=tuple(voices_of(state).values()))
         return Predicted(factors, scores, shares, words)
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)

@@ -172,8 +172,8 @@ class _LastUpdate:
         weights = self._study.tables(self._state.wide).pool_designs.weights
         scores = np.clip(product.mean[: len(weights)], 0.0, MAX_SCORE).astype(np.float64)
         addresses = self._study.tables(self._state.wide).addresses
-        words = words_of(self._study.table(self._state), scores, weights, addresses)
-        words = words.displayed(self._study.space.display_names)
+        table, display = self._study.table(self._state), self._study.space.display_names
+        words = words_of(table, scores, weights, addresses, display)
         contrasts = (
             Contrast(each.text, each.feature, tuple(map(str, each.examples)), each.without, each.having)
             for each in words.contrasts

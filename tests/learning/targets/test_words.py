@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,9 @@ import pytest
 import grammarlab as gl
 from grammarlab.evaluation.preparation import true_scores
 from grammarlab.features.columns.formula_names import MOST_NAMED
+from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.pattern import Draw, Formula, Pattern
+from grammarlab.language.display_names import DisplayNames
 from grammarlab.learning.designs.design_tables import Columns, DesignTable
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init
@@ -285,12 +288,18 @@ def designs_of(kind, rows):
     return is_in
 
 
+def differing(kind, other):
+    """Conditions on four properties that two kinds do not share, as properties."""
+    return {condition[-1] for condition in set(kind.split(", ")) ^ set(other.split(", "))}
+
+
+@pytest.mark.parametrize("levels", [[0.0, 0.0, 100.0], [0.0, 1.0, 40.0, 42.0, 100.0]])
 @pytest.mark.parametrize("seed", range(40))
-def test_kinds_are_true_and_none_follows_from_the_others(seed):
+def test_kinds_are_true_and_none_follows_from_the_others(seed, levels):
     """Scores of random tables of four properties: every mean is that of the designs, and nothing is said twice."""
     randomness = np.random.default_rng(seed)
     rows = coins(300, 4, seed)
-    values = randomness.choice([0.0, 0.0, 100.0], 16)
+    values = randomness.choice(levels, 16)
     scores = values[(rows @ [8, 4, 2, 1]).astype(int)]
     words = words_of(table_of(rows, list("abcd")), scores, np.ones(300))
     sides = [
@@ -307,6 +316,9 @@ def test_kinds_are_true_and_none_follows_from_the_others(seed):
             if match[3]:
                 assert scores[~is_in].mean() == pytest.approx(float(match[3]), abs=0.51)
                 assert len(words.likes) + len(words.dislikes) == 1
+        for one, other in combinations(filter(None, side), 2):
+            is_one_apart = one[1].count(",") == other[1].count(",") and len(differing(one[1], other[1])) == 1
+            assert not is_one_apart or abs(float(one[2]) - float(other[2])) >= 3.0
     assert described.sum(axis=0).max(initial=0) <= 1
     is_all = (described.sum(axis=0) == 1).all()
     assert not is_all or min(len(words.likes), len(words.dislikes)) != 1
@@ -347,3 +359,120 @@ def test_the_least_number_that_occurs_is_told_as_it_is():
     rows = np.random.default_rng(1).integers(1, 4, (600, 1)).astype(np.float64)
     words = words_of(table_of(rows, ["number of kinds of Block"]), np.where(rows[:, 0] < 2, 100.0, 0.0), np.ones(600))
     assert words == Words(("number of kinds of Block: 1 (100; others 0)",), ())
+
+
+def test_one_of_two_alternatives_is_named_rather_than_denied():
+    """A and B have two alternatives each; where neither matters, only a part that is there or not can be missing."""
+    rows = np.array([[a, 1 - a, b, 1 - b, c] for a, b, c in product((0, 1), repeat=3)] * 50, dtype=float)
+    table = table_of(rows, ["A → x", "A → y", "B → x", "B → y", "c"], [0, 0, 1, 1, 2])
+    for column, value in product(range(2), repeat=2):
+        scores = 80.0 * (rows[:, 0] == value) * (rows[:, 2] == column) * rows[:, 4]
+        kinds = words_of(table, scores, np.ones(400)).likes
+        assert kinds == (f"A = {'yx'[value]}, B = {'yx'[column]}, c (80; others 0)",) or {
+            *kinds[0].removesuffix(" (80; others 0)").split(", ")
+        } == {f"A = {'yx'[value]}", f"B = {'yx'[column]}", "c"}
+
+
+def things_of_formulas():
+    """Names of a part and of the alternatives of three choices."""
+    places = [(place, number, value) for place in "ABC" for number, value in enumerate("VW")]
+    alternatives = {f"{place} → {value}": Pattern(place, branch=(number,)) for place, number, value in places}
+    return {"number of Big": Pattern("Big"), **alternatives}
+
+
+def wild_words(identifiers, randomness):
+    """Words for identifiers that hold what connects the parts of sentences, no two with the same beginning or end."""
+    parts = [" or ", " and ", ", ", " = ", " ≠ ", " / ", " (+3)", "; others 2)", " with ", " of these: ", " brick"]
+    return {
+        identifier: f"{index}“{''.join(randomness.choice(parts, 3))}”{index}"
+        for index, identifier in enumerate(identifiers)
+    }
+
+
+def allowed(condition, places):
+    """A place and the values there with which a condition holds."""
+    place, sign, values = condition.split(" ", 2)
+    assert sign in ("=", "≠")
+    return place, {value for value in places[place] if (value in values.split(" / ")) == (sign == "=")}
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_what_is_said_of_choices_is_true_whatever_they_are_called(seed):
+    """Random tables of choices, and random words with what connects the parts of sentences."""
+    randomness = np.random.default_rng(seed)
+    places = {place: [f"{place}{number}" for number in range(randomness.integers(2, 6))] for place in ("A", "B", "C")}
+    names = [f"{place} → {value}" for place, values in places.items() for value in values]
+    designs = [dict(zip(places, values, strict=True)) for values in product(*places.values())] * 4
+    rows = np.array([[float(design[name[0]] == name[4:]) for name in names] for design in designs])
+    levels = randomness.choice([0.0, 0.0, 1.0, 40.0, 80.0, 81.0], (2, *map(len, places.values())))
+    scores = np.tile(levels.max(axis=0).ravel() if seed % 2 else levels[0].ravel(), 4)
+    table = table_of(rows, names, [list(places).index(name[0]) for name in names])
+    words = words_of(table, scores, np.ones(len(rows)))
+    for kind in (*words.likes, *words.dislikes):
+        if match := re.fullmatch(r"(.*) \((\d+)(?:; others (\d+))?\)", kind):
+            conditions = [allowed(condition, places) for condition in match[1].split(", ")]
+            is_in = np.array([all(design[place] in values for place, values in conditions) for design in designs])
+            assert scores[is_in].mean() == pytest.approx(float(match[2]), abs=0.51)
+            assert match[3] is None or scores[~is_in].mean() == pytest.approx(float(match[3]), abs=0.51)
+    wild = wild_words([*places, *(value for values in places.values() for value in values)], randomness)
+    called = words_of(table, scores, np.ones(len(rows)), display=DisplayNames(wild, {}, {}))
+    for side, expected in ((called.likes, words.likes), (called.dislikes, words.dislikes)):
+        assert side == tuple(re.sub(r"\b[ABC]\d?\b", lambda name: wild[name[0]], kind) for kind in expected)
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_what_is_said_of_random_formulas_is_the_same_whatever_their_things_are_called(seed):
+    randomness = np.random.default_rng(seed)
+    things = things_of_formulas()
+    rows = coins(400, len(things), seed)
+
+    def text(depth):
+        if depth == 0 or randomness.random() < 0.2:
+            return f"{{{randomness.choice(list(map(str, things.values())))}}} > 0"
+        negation, sign = randomness.choice(["", "", "not "]), randomness.choice(["and", "or", "or", "==", "!="])
+        return f"{negation}(({text(depth - 1)}) {sign} ({text(depth - 1)}))"
+
+    formula = Expression.parse(text(3)).formula
+    order = [list(things.values()).index(feature) for feature in formula.features]
+    holds = (Expression.of(formula).evaluate(rows[:, order]) > 0.0).astype(float)
+    table = table_of(np.column_stack([rows, holds]), [*things, str(formula)])
+    table = replace(table, features=(*things.values(), formula))
+    words = words_of(table, 100.0 * holds, np.ones(400))
+    wild = wild_words(["Big", "A", "B", "C", "V", "W"], randomness)
+    called = words_of(table, 100.0 * holds, np.ones(400), display=DisplayNames(wild, {}, {}))
+    for side, expected in ((called.likes, words.likes), (called.dislikes, words.dislikes)):
+        assert side == tuple(re.sub(r"\b(Big|[ABCVW])\b", lambda name: wild[name[0]], kind) for kind in expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{Big} > 0 or {A:0} > 0 or {B:1} > 0", "Big or Old roof = V or New roof = W"),
+        ("{A:0} > 0 or {A:1} > 0", "Old roof = V / W"),
+        ("{A:0} > 0 or {B:0} > 0 or {C:0} > 0", "Old, New or Low roof = V"),
+        ("({A:0} > 0 and {B:1} > 0) or {C:1} > 0", "(Old roof = V and New roof = W) or Low roof = W"),
+    ],
+)
+def test_alternatives_name_what_they_share_once(text, words):
+    things = things_of_formulas()
+    rows = coins(400, len(things))
+    formula = Expression.parse(text).formula
+    order = [list(things.values()).index(feature) for feature in formula.features]
+    holds = Expression.of(formula).evaluate(rows[:, order])
+    table = table_of(np.column_stack([rows, holds]), [*things, text])
+    table = replace(table, features=(*things.values(), formula))
+    display = DisplayNames({"A": "Old roof", "B": "New roof", "C": "Low roof"}, {}, {})
+    assert words_of(table, 100.0 * holds, np.ones(400), display=display).likes == (f"{words} (100; others 0)",)
+
+
+@pytest.mark.parametrize(
+    ("name", "likes", "dislikes"),
+    [
+        ("number of kinds of W", "W (100; others 0)", "W (0; others 100)"),
+        ("number of these: A and B", "one of these: A and B (100; others 0)", "one of these: A and B (0; others 100)"),
+    ],
+)
+def test_a_number_that_is_at_most_one_is_what_is_there(name, likes, dislikes):
+    rows = coins(400, 1)
+    assert words_of(table_of(rows, [name]), 100.0 * rows[:, 0], np.ones(400)) == Words((likes,), ())
+    assert words_of(table_of(rows, [name]), 100.0 - 100.0 * rows[:, 0], np.ones(400)) == Words((), (dislikes,))
