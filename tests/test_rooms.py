@@ -16,7 +16,7 @@ MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.name != "__init_
 ROLES = {"commands", "desk", "file", "learn", "report", "request", "run", "scene"}
 """Names that modules of sister packages share since they play the same role there."""
 MAX_LINES = 700
-MAX_MODULES, MAX_FOLDERS = 863, 68
+MAX_MODULES, MAX_FOLDERS = 864, 68
 """Of these, 530 modules and 60 folders are those of grammars, facades and learning; the others came with trees,
 cities, tastes and clusters."""
 VAGUE = frozenset(
