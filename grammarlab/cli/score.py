@@ -10,6 +10,7 @@ import typer
 from grammarlab.cli.console import Attributes, Library, NoFootprint, StartRule, StyleName, friendly_errors, say
 from grammarlab.cli.page import page_opener
 from grammarlab.cli.sample import choices_of, complete_grammar, print_if_alike
+from grammarlab.option_names import with_options
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,7 +51,15 @@ def score(
 
         path = session or Path(f"{Path(grammar).stem}.db")
         choices = choices_of(grammar, start_rule, attributes, style, library)
-        opened = Session(grammar, path, seed=seed, assets=assets, choices=choices, stored_grammar=stored_grammar)
+        opened = Session(
+            grammar,
+            path,
+            seed=seed,
+            assets=assets,
+            choices=choices,
+            stored_grammar=stored_grammar,
+            phrase=with_options,
+        )
 
         note_slow_pictures()
         if not stored_grammar:

@@ -64,14 +64,15 @@ def test_the_page_is_there_and_ctrl_c_ends_it_cleanly(house, tmp_path, kill):
 
 
 async def see_pictures(address):
-    """Asks for pictures of the models that a page would show first, and waits for them."""
+    """Asks for pictures of the models that a page would show first, waits for them, and gives the warnings so far."""
     place = urlsplit(address)
     connection = await websocket_connect(f"ws://{place.netloc}/socket?{place.query}", connect_timeout=PATIENCE)
-    missing = None
+    missing, warnings = None, []
     while missing is None or missing:
         message = await connection.read_message()
         assert message is not None
         said = json.loads(message) if isinstance(message, str) else {}
+        warnings = said["state"]["warnings"] if said.get("event") == "state" else warnings
         if said.get("event") == "state" and missing is None:
             missing = {model for grid in said["state"]["grids"] for model in grid["models"]}
             await connection.write_message(
@@ -82,6 +83,7 @@ async def see_pictures(address):
     connection.close()
     while await connection.read_message() is not None:
         pass
+    return warnings
 
 
 @takes_turns
@@ -91,8 +93,7 @@ def test_meshes_that_are_not_there_are_told_once(rules, tmp_path):
         try:
             assert process.stdout is not None
             address = process.stdout.readline().strip()
-            for _ in range(2):
-                asyncio.run(see_pictures(address))
+            *_, warnings = [asyncio.run(see_pictures(address)) for _ in range(2)]
             process.send_signal(signal.SIGINT)
             _, said = process.communicate(timeout=PATIENCE)
         finally:
@@ -100,6 +101,10 @@ def test_meshes_that_are_not_there_are_told_once(rules, tmp_path):
     for name in ("oak.obj", "window.glb"):
         assert said.count(f'there is no asset "{name}" in the asset folder {tmp_path}; a box stands in its place') == 1
     assert said.count("--assets DIR") == 1
+    # The page of the command names its options, too.
+    assert [warning.partition("hint: ")[2] for warning in warnings] == 2 * [
+        "say where the meshes are with --assets DIR"
+    ]
 
 
 def test_a_port_in_use_is_told(run, house, tmp_path):

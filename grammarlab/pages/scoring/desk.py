@@ -30,7 +30,13 @@ class SessionDesk(AbstractDesk):
     formats = FORMATS
 
     def __init__(
-        self, path: Path, store: Store, assets: AssetRoot, artists: WorkerPool, tell: Callable[[Message], None]
+        self,
+        path: Path,
+        store: Store,
+        assets: AssetRoot,
+        artists: WorkerPool,
+        tell: Callable[[Message], None],
+        phrase: Callable[[str], str],
     ) -> None:
         """Start on an open session.
 
@@ -40,9 +46,10 @@ class SessionDesk(AbstractDesk):
             assets: folder of meshes and images.
             artists: pool of processes that draw.
             tell: sends a message to all windows.
+            phrase: says warnings in the words of those who read the page.
         """
         self.target = path
-        self.display = display = SessionDisplay(store, self.notify)
+        self.display = display = SessionDisplay(store, self.notify, phrase)
         about = store.about
         source, deliver = (about.suffix, about.grammar, about.title, assets), artists.deliver
         models = about.seed, about.size, display.record.wide

@@ -23,14 +23,15 @@ _CHOICE_LANE = 3
 class SessionDisplay:
     """Record of a session, knowledge about its models, and messages. All methods are for one thread."""
 
-    def __init__(self, store: Store, notify: Callable[[], None]) -> None:
+    def __init__(self, store: Store, notify: Callable[[], None], phrase: Callable[[str], str] = str) -> None:
         """Start with an open session file.
 
         Args:
             store: the open session file.
             notify: called after each change.
+            phrase: says warnings in the words of those who read the page.
         """
-        self.store, self.notify = store, notify
+        self.store, self.notify, self._phrase = store, notify, phrase
         about = store.about
         self.pool = ModelPool(about.seed, about.size, self.record.wide)
         self.knowledge = Knowledge()
@@ -177,5 +178,5 @@ class SessionDisplay:
         """Add warnings about shown models; each is shown once."""
         for finding in findings:
             if finding.message not in self.warnings and len(self.warnings) < MAX_WARNINGS:
-                self.warnings[finding.message] = finding.render(())
+                self.warnings[finding.message] = self._phrase(finding.render(()))
                 self.notify()

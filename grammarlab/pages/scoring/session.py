@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TypedDict
@@ -48,6 +49,7 @@ class Session(Desktop[SessionDesk]):
         choices: RuleChoices = NO_CHOICES,
         stored_grammar: bool = False,
         jobs: int | None = None,
+        phrase: Callable[[str], str] = str,
     ) -> None:
         """Open a session file, or create one.
 
@@ -60,6 +62,7 @@ class Session(Desktop[SessionDesk]):
             choices: choices of the user for a rule file.
             stored_grammar: use the grammar stored in the session, even if the file has changed.
             jobs: number of processes that draw; by default one per core, 0 for a session without pictures.
+            phrase: says warnings, which name arguments, in the words of those who read the page.
 
         Raises:
             UsageError: If the session was created with another grammar.
@@ -80,10 +83,12 @@ class Session(Desktop[SessionDesk]):
             close=SessionDesk.close,
             closed=CLOSED,
         )
-        super().__init__(partial(_open_desk, opening, num_artists), COMMANDS, state_event, hooks)
+        super().__init__(partial(_open_desk, opening, num_artists, phrase), COMMANDS, state_event, hooks)
 
 
-def _open_desk(opening: Opening, num_artists: int, desktop: Desktop[SessionDesk]) -> SessionDesk:
+def _open_desk(
+    opening: Opening, num_artists: int, phrase: Callable[[str], str], desktop: Desktop[SessionDesk]
+) -> SessionDesk:
     about, store = opening.about, opening.store
     artists = WorkerPool(
         make="grammarlab.pages.workers.artist:artist",
@@ -94,7 +99,7 @@ def _open_desk(opening: Opening, num_artists: int, desktop: Desktop[SessionDesk]
     try:
         artists.start()
         store = store or _new_store(opening, artists, desktop)
-        return SessionDesk(opening.path, store, opening.assets, artists, desktop.tell)
+        return SessionDesk(opening.path, store, opening.assets, artists, desktop.tell, phrase)
     except BaseException:
         artists.close()
         if store is not None:

@@ -47,18 +47,22 @@ def find_run(folder: Path, name: str) -> EarlierRun:
     """The files that an earlier run wrote into a folder, by its manifest and records.
 
     Args:
-        folder: folder of the new run; without a manifest, records count for nothing, and all files are unlisted.
+        folder: folder of the new run; without a manifest, records count for nothing, and all files are unlisted. A
+            run of another grammar that failed before it wrote any file is no run.
         name: name of the grammar of the new run.
 
     Raises:
-        UsageError: If the earlier run has a grammar of another name, or the manifest is invalid.
+        UsageError: If the earlier run has files of a grammar of another name, or the manifest is invalid.
     """
     candidates = {path.name for path in folder.iterdir() if _parts_of_name(name, path.name)}
+    no_run = EarlierRun((), (), (), tuple(sorted(candidates)), interrupted=False)
     if not (folder / MANIFEST).is_file():
-        return EarlierRun((), (), (), tuple(sorted(candidates)), interrupted=False)
+        return no_run
     values = _json(folder / MANIFEST)
     earlier = _name_of_grammar(values)
     if earlier != name:
+        if earlier is not None and _failed_early(folder, values, earlier):
+            return no_run
         content = f"a {MANIFEST} that no run wrote" if earlier is None else f"models of {earlier!r}"
         raise UsageError(f"{folder} holds {content}. Write into another folder with -o.")
     records = tuple(f"{DERIVATIONS}/{batch}/{RECORD}" for batch in batch_names(folder))
@@ -154,6 +158,13 @@ def _parts_of_name(grammar: str, name: str) -> tuple[str | None, str | None, str
     """Index, texture or plan, and suffix in the name of a file; None if no run of a grammar gives such a name."""
     match = _FILE.fullmatch(name.removeprefix(grammar)) if name.startswith(grammar) else None
     return None if match is None else (match[1], match[2], match[3])
+
+
+def _failed_early(folder: Path, values: Mapping[str, Any], grammar: str) -> bool:
+    """Whether a run of a grammar has written its manifest and nothing else."""
+    if values.get("complete") is not False or values.get("files") or batch_names(folder):
+        return False
+    return not any(_parts_of_name(grammar, path.name) for path in folder.iterdir())
 
 
 def _name_of_grammar(values: Mapping[str, Any]) -> str | None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from grammarlab.errors import AssetError, UsageError
+from grammarlab.errors import AssetError, DerivationError, UsageError
 from grammarlab.files import sync_files
 from grammarlab.runs.sample import models as batches_module
 from grammarlab.runs.sample.manifest import read_manifest
@@ -160,6 +160,35 @@ def test_models_that_a_killed_run_did_not_record_are_reported_or_replaced(tmp_pa
     (folder / "manifest.json").write_text(json.dumps({**values, "complete": False, "files": {}}))
     assert sample_run(tower(tmp_path, num_models=3), folder).kept_files == ("tower-00003.glb", "tower-00004.glb")
     assert contents(folder).items() > contents(sample_run(tower(tmp_path), tmp_path / "fresh").folder).items()
+
+
+ENDLESS = "@StartRule\nLot --> A(1)\nA(k) --> case k > 0 : A(k + 1) else : X"
+
+
+def test_a_run_that_failed_before_its_first_file_leaves_its_folder_to_other_grammars(tmp_path):
+    failing = replace(tower(tmp_path), name="endless", text=ENDLESS)
+    with pytest.raises(DerivationError):
+        sample_run(failing, tmp_path / "out")
+    assert list(contents(tmp_path / "out")) == ["manifest.json"]
+    (tmp_path / "out" / "tower-00001.glb").write_text("of somebody else")
+    with pytest.raises(UsageError, match="not listed"):
+        sample_run(tower(tmp_path), tmp_path / "out")
+    (tmp_path / "out" / "tower-00001.glb").unlink()
+    assert contents(sample_run(tower(tmp_path), tmp_path / "out").folder) == contents(
+        sample_run(tower(tmp_path), tmp_path / "fresh").folder
+    )
+
+
+@pytest.mark.parametrize("file", ["endless-00000.glb", "endless.png", "derivations/00000/models.json"])
+def test_a_run_that_failed_after_a_file_keeps_its_folder(tmp_path, file):
+    with pytest.raises(DerivationError):
+        sample_run(replace(tower(tmp_path), name="endless", text=ENDLESS), tmp_path / "out")
+    (tmp_path / "out" / file).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / "out" / file).write_text("of the run")
+    before = contents(tmp_path / "out")
+    with pytest.raises(UsageError, match="holds models of 'endless'"):
+        sample_run(tower(tmp_path), tmp_path / "out")
+    assert contents(tmp_path / "out") == before
 
 
 @pytest.mark.parametrize("resume", [False, True])
