@@ -22,6 +22,7 @@ import { Selection } from "./selection.js";
 import { makeStatus } from "./status.js";
 import { makeToolbar } from "./toolbar.js";
 import { viewerCode } from "../shared/viewer_code.js";
+import { makeWarnings } from "./warnings.js";
 import { socketTransport, socketUrl, widgetTransport } from "../shared/transports.js";
 
 /** @typedef {import("./types.js").Page} Page */
@@ -145,7 +146,7 @@ function build(root, channel, first) {
   const code = viewerCode(channel);
   const preview = makePreview(page, display, code);
   const recent = makeRecent(page);
-  const look = makeLook(page, code, () => (page.state.pairs ? compare.focus() : display.focus()));
+  const look = makeLook(page, code, focusModels);
   const learning = makeLearning(page);
   const results = makeResults(page);
   const factors = makeFactors(page);
@@ -154,9 +155,8 @@ function build(root, channel, first) {
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
-  let warned = 0;
-  /** @type {HTMLElement | null} */
-  let warning = null;
+  const warnings = makeWarnings(focusModels);
+  status.element.prepend(warnings.element);
 
   root.replaceChildren(
     element(
@@ -234,14 +234,9 @@ function build(root, channel, first) {
   };
   if (isAlone()) document.addEventListener("keydown", loose);
 
-  /** All warnings so far are one note, since many would cover what is scored. @param {string[]} warnings */
-  function warn(warnings) {
-    if (warnings.length <= warned) return;
-    warned = warnings.length;
-    warning?.remove();
-    const others = warned - 1;
-    const more = others ? `\n… and ${others} more ${others === 1 ? "warning" : "warnings"}` : "";
-    warning = status.complain(`${warnings[0]}${more}`);
+  function focusModels() {
+    if (page.state.pairs) compare.focus();
+    else display.focus();
   }
 
   /** Whether the keyboard is on the page, and nothing is being typed; a notebook may keep the page in a shadow tree. */
@@ -257,7 +252,7 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       if (state.message && state.message !== page.state.message) page.say(state.message);
-      warn(state.warnings);
+      warnings.update(state.warnings);
       const [before, after] = [page.state.pairs !== null, state.pairs !== null];
       page.state = state;
       page.ahead.told();

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ from playwright.sync_api import expect
 
 from grammarlab.learning.designs.addresses import Address
 from grammarlab.runs.sample.trace import as_values, trace_model
+from tests.browser.accessible import expect_accessible
 from tests.browser.driver import Server
 from tests.browser.late import deaf
 from tests.cases import some, takes_turns
@@ -277,29 +277,88 @@ def expect_other_picture(towers, before):
 
 
 @takes_turns
-def test_a_mesh_that_is_not_there_is_told_once_and_again_when_the_page_is_loaded_again(opened, tmp_path):
+def test_meshes_that_are_not_there_are_told_once_and_again_when_the_page_is_loaded_again(opened, tmp_path):
     rules = tmp_path / "house.cga"
     rules.write_text('Lot --> i("oak.obj") A i("pine.obj") B')
     running = Server(str(rules), tmp_path / "houses.db").start()
     try:
         houses = opened(running.address)
-        told = houses.page.get_by_role("alert").get_by_text('there is no asset "oak.obj"')
+        note = houses.page.locator(".gl-warnings")
         houses.expect_pictures()
-        expect(told).to_have_count(1)
-        # Many warnings would cover what is scored.
-        expect(houses.page.locator(".gl-bad")).to_have_text(re.compile("and 1 more warning$"))
-        houses.cell(0).click()
-        houses.press("4")
-        houses.expect_saved()
-        expect(told).to_have_count(1)
+        for name in ("oak", "pine"):
+            expect(note.get_by_text(f'there is no asset "{name}.obj"')).to_have_count(1)
+        expect(note.locator("summary")).to_have_text("1 more warning")
         houses.button("Dismiss").click()
+        houses.cell(0).click()
         houses.press("5")
         houses.expect_saved()
-        expect(told).to_have_count(0)
+        expect(note).to_be_hidden()
         houses.page.reload()
-        expect(told).to_have_count(1)
+        expect(note).to_be_visible()
     finally:
         running.kill()
+
+
+WARNED = """
+window.WebSocket = class extends WebSocket {
+  set onmessage(listener) {
+    let last;
+    super.onmessage = (event) => {
+      if (typeof event.data === "string" && JSON.parse(event.data).event === "state") last = JSON.parse(event.data);
+      listener(event);
+    };
+    window.warn = (warnings) => {
+      last.state.warnings = warnings;
+      listener({ data: JSON.stringify(last) });
+    };
+  }
+};
+"""
+"""Script of a window: ``warn([...])`` lets the server say its last state with these warnings."""
+
+
+def test_all_warnings_can_be_read_and_each_is_read_out_once(opened, server):
+    page = opened(server.address, script=WARNED).page
+    warn = "warnings => window.warn(warnings)"
+    note = page.locator(".gl-warnings")
+    alert, others = note.get_by_role("alert"), note.locator("li")
+    expect(note).to_be_hidden()
+    page.evaluate(warn, ["w1"])
+    expect(alert).to_have_text("w1")
+    expect(note.locator("summary")).to_be_hidden()
+
+    page.evaluate(
+        """() => {
+          window.spoken = [];
+          const alert = document.querySelector(".gl-warnings [role=alert]");
+          new MutationObserver(() => spoken.push(alert.textContent)).observe(alert, { childList: true, subtree: true });
+        }"""
+    )
+    names = [f"w{number}" for number in range(1, 21)]
+    page.evaluate(warn, names[:3])
+    expect(alert).to_have_text("w3")
+    expect(note.locator("summary")).to_have_text("2 more warnings")
+    note.locator("summary").press("Enter")
+    expect(others).to_have_text(["w2", "w1"])
+    for number in range(3, 21):
+        page.evaluate(warn, names[:number])
+    expect(alert).to_have_text("w20")
+    expect(others).to_have_text(names[-2::-1])
+    expect(others.last).to_be_visible()  # it stays open
+    expect(note.locator("summary")).to_be_focused()
+    others.last.scroll_into_view_if_needed()
+    expect(others.last).to_be_in_viewport()
+    assert page.evaluate("spoken") == ["w3", *names[3:]]
+    expect_accessible(page)
+
+    note.get_by_role("button", name="Dismiss").press("Enter")
+    expect(note).to_be_hidden()
+    assert page.evaluate("document.activeElement.closest('.gl-display, .gl-left') !== null")
+    page.evaluate(warn, names)
+    expect(note).to_be_hidden()
+    page.evaluate(warn, [*names, "w21"])
+    expect(alert).to_have_text("w21")
+    expect(others).to_have_count(0)
 
 
 def test_more_models_can_be_asked_for_again_after_a_request_that_failed(towers):

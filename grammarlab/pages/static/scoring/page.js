@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 5a5f24f29395244e */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 3166bb7dd2fc0c24 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -2647,6 +2647,45 @@ async function load(channel) {
   }
 }
 
+// scoring/warnings.js
+function makeWarnings(handOn) {
+  const newest = element("span", { role: "alert" });
+  const summary = element("summary");
+  const list = element("ol");
+  const others = element("details", { hidden: true }, summary, list);
+  const note = element(
+    "div",
+    { class: "gl-note gl-bad gl-warnings", hidden: true },
+    element("div", {}, newest, others),
+    iconButton("close", "Dismiss", dismiss)
+  );
+  const known = /* @__PURE__ */ new Set();
+  function dismiss() {
+    note.hidden = others.hidden = true;
+    others.open = false;
+    newest.textContent = "";
+    list.replaceChildren();
+    handOn();
+  }
+  return {
+    element: note,
+    /** @param {string[]} warnings all of the session, the oldest first */
+    update(warnings) {
+      const fresh = warnings.filter((warning) => !known.has(warning));
+      if (!fresh.length) return;
+      for (const warning of fresh) {
+        known.add(warning);
+        if (newest.textContent) list.prepend(element("li", {}, newest.textContent));
+        newest.textContent = warning;
+      }
+      note.hidden = false;
+      const more = list.childElementCount;
+      others.hidden = !more;
+      summary.textContent = `${more} more ${more === 1 ? "warning" : "warnings"}`;
+    }
+  };
+}
+
 // scoring/main.js
 var main_default = {
   /** @param {{ model: any, el: HTMLElement }} widget */
@@ -2744,7 +2783,7 @@ function build(root, channel, first) {
   const code = viewerCode(channel);
   const preview = makePreview(page, display, code);
   const recent = makeRecent(page);
-  const look = makeLook(page, code, () => page.state.pairs ? compare.focus() : display.focus());
+  const look = makeLook(page, code, focusModels);
   const learning = makeLearning(page);
   const results = makeResults(page);
   const factors = makeFactors(page);
@@ -2753,8 +2792,8 @@ function build(root, channel, first) {
   const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
   const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
-  let warned = 0;
-  let warning = null;
+  const warnings = makeWarnings(focusModels);
+  status.element.prepend(warnings.element);
   root.replaceChildren(
     element(
       "header",
@@ -2825,14 +2864,9 @@ function build(root, channel, first) {
     if (event.target === document.body) everywhere(event);
   };
   if (isAlone()) document.addEventListener("keydown", loose);
-  function warn(warnings) {
-    if (warnings.length <= warned) return;
-    warned = warnings.length;
-    warning?.remove();
-    const others = warned - 1;
-    const more = others ? `
-… and ${others} more ${others === 1 ? "warning" : "warnings"}` : "";
-    warning = status.complain(`${warnings[0]}${more}`);
+  function focusModels() {
+    if (page.state.pairs) compare.focus();
+    else display.focus();
   }
   function hasKeyboard() {
     const { activeElement } = (
@@ -2847,7 +2881,7 @@ function build(root, channel, first) {
     /** @param {State} state */
     update(state) {
       if (state.message && state.message !== page.state.message) page.say(state.message);
-      warn(state.warnings);
+      warnings.update(state.warnings);
       const [before, after] = [page.state.pairs !== null, state.pairs !== null];
       page.state = state;
       page.ahead.told();
