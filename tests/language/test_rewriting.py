@@ -105,6 +105,51 @@ def test_a_branch_never_becomes_a_part_of_the_comment_before_it():
     assert "// often" in written
 
 
+NESTED = """Roof --> # why
+  // outer
+  50% : // wide
+    // a
+    50% : /* in */ Flat // f
+    // b
+    else : Hip
+  else : // none
+"""
+
+
+def test_comments_follow_their_branches():
+    """Where choices are merged, reordered or repeated, or only one branch stays."""
+    flat, hip, none = Text((0, 0), {}), Text((0, 1), {}), Text((1,), {})
+
+    def written(body):
+        return rewrite(Grammar.parse(NESTED), {("Roof", 0): [RuleCopy("Roof", body)]})
+
+    first = "Roof -->\n  # why\n  // outer\n  // wide\n"
+    rest = "  // b\n  30% : Hip\n  else : [ ] // none\n"
+    merged = Chances(((0.3, flat), (0.3, hip), (0.4, none)))
+    assert written(merged) == f"{first}  // a\n  30% : /* in */ Flat // f\n{rest}"
+    assert written(hip) == f"{first}  // b\n  Hip\n"
+    repeated = Chances(((0.3, hip), (0.3, hip), (0.4, none)))
+    assert written(repeated) == f"{first}  // b\n  30% : Hip\n  30% : Hip\n  else : [ ] // none\n"
+
+
+def test_new_rules_are_an_empty_line_apart_and_below_the_comment_of_the_author():
+    text = "Lot --> Roof\n// about roof\nRoof --> 50% : Flat else : Hip // h\nFlat --> 50%: A else: B\nA --> X.\n"
+    copies = {
+        (name, 0): [RuleCopy(f"{name}_{i}", Text((i,), {}), f"{name} {i}") for i in range(2)]
+        for name in ("Roof", "Flat")
+    }
+    assert rewrite(Grammar.parse(text), copies) == (
+        "Lot --> Roof\n// about roof\n// Roof 0\nRoof_0 --> Flat\n\n// Roof 1\nRoof_1 --> Hip // h\n\n"
+        "// Flat 0\nFlat_0 --> A\n\n// Flat 1\nFlat_1 --> B\n\nA --> X.\n"
+    )
+
+
+def test_a_hash_in_a_string_is_not_a_comment():
+    text = 'Roof --> 20% : color("#ff0000") Flat 30% : Dome else : print("// no") Hip // h'
+    body = Chances(((0.2, Text((0,), {})), (0.8, Text((2,), {}))))
+    assert rewrite(Grammar.parse(text), {("Roof", 0): [RuleCopy("Roof", body)]}) == text.replace(" 30% : Dome", "")
+
+
 @pytest.mark.parametrize("source", shipped_examples(), ids=lambda source: source.name)
 def test_rules_written_as_they_are_say_the_same(source):
     grammar = Grammar.parse(source.text())
@@ -190,6 +235,11 @@ def test_comments_beside_other_definitions_stay_when_a_rule_goes():
 def test_rules_are_rewritten_with_unix_line_ends(end):
     text = "A --> B\n\n// about B\nB --> C\n\nC --> D\n".replace("\n", end)
     assert rewrite(Grammar.parse(text), {("B", 0): []}) == "A --> B\n\nC --> D\n"
+
+
+def test_a_removed_rule_takes_the_comment_that_ends_on_its_line():
+    text = "attr a = 1\n/* doc\n of Roof */ Roof --> A\nFlat --> B\n"
+    assert rewrite(Grammar.parse(text), {("Roof", 0): []}) == "attr a = 1\nFlat --> B\n"
 
 
 def test_start_rules_can_be_moved():

@@ -35,7 +35,7 @@ from grammarlab.language.syntax import printing
 from grammarlab.language.syntax.syntax_tree import Choice
 
 _INDENT = "    "
-_WORD = re.compile(r"[^\W\d]\w*")
+_WORD = re.compile(r"[^\W\d]\w*(?:\.\w+)*")
 
 
 @dataclass(frozen=True, slots=True)
@@ -433,5 +433,5 @@ def _written(body: Chance | Cases) -> tuple[Original, ...]:
 
 
 def _identifiers(grammar: Grammar) -> set[str]:
-    """Every word of a rule file, comments included: scanning the text is much faster than walking the tree."""
+    """Every name of a rule file, comments included: scanning the text is much faster than walking the tree."""
     return set(_WORD.findall(grammar.text))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,8 +20,10 @@ from grammarlab.density.sampler import AbstractSampler
 from grammarlab.derivation.compiler import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Draws, Forest, RuleName, Site
+from grammarlab.errors import GrammarlabError
 from grammarlab.language.grammar import Grammar
 from grammarlab.language.numbering import SymbolKey
+from grammarlab.language.syntax.syntax_tree import Rule
 
 
 @dataclass(frozen=True)
@@ -55,8 +58,14 @@ class LearnedGrammar(AbstractSampler):
 
     @cached_property
     def grammar(self) -> Grammar:
-        """Grammar of the text."""
-        return Grammar.parse(self.text, self.original.file)
+        """Grammar of the text.
+
+        Raises:
+            GrammarlabError: If its rules are not those that are meant: a defect of grammarlab.
+        """
+        grammar = Grammar.parse(self.text, self.original.file)
+        _check_rules(grammar, self.original, self.origins)
+        return grammar
 
     @property
     def rules_before(self) -> int:
@@ -148,6 +157,30 @@ class LearnedGrammar(AbstractSampler):
         starts = [StartRule(self.start, i if branching else None) for i in range(len(self.components))]
         learned = TreeGrammar.of(self.grammar, self.start[0])
         return TreeRatio(TreeGrammar.of(self.original), learned, self.origins, starts)
+
+
+def _check_rules(grammar: Grammar, original: Grammar, origins: Mapping[SymbolKey, Origin]) -> None:
+    """Check that a text has the rules that it is made of, each once: the layout of the original must not change them.
+
+    Raises:
+        GrammarlabError: If it does not.
+    """
+    tree, grammars = TreeGrammar.of(grammar), (grammar, original)
+    wrong = [
+        name
+        for (name, parameters), origin in origins.items()
+        if {a.branch for a in tree.alternatives((name, parameters))} - {None} != origin.branches.keys()
+    ]
+    wrong += [name for name, _ in grammar.rules.keys() - origins.keys() - original.rules.keys()]
+    new, old = (
+        Counter((d.name, len(d.parameters)) for d in g.tree.definitions if isinstance(d, Rule)) for g in grammars
+    )
+    wrong += [name for (name, parameters), count in new.items() if count > max(old[name, parameters], 1)]
+    if wrong:
+        raise GrammarlabError(
+            f"the learned text does not have the rules that are meant: {', '.join(wrong[:3])}; this is a defect of "
+            "grammarlab: report it with the rule file"
+        )
 
 
 def _numbered(items: Iterable[object]) -> dict[object, int]:

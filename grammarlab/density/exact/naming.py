@@ -40,7 +40,7 @@ class AbstractNames(ABC):
 
     Args:
         splitting: the splitting.
-        taken: used names.
+        used: used names.
     """
 
     def __init__(self, splitting: Splitting, used: Collection[str]) -> None:

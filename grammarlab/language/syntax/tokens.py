@@ -15,13 +15,13 @@ from grammarlab.errors import Finding, Location
 LINE_END = r"\r\n|[\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029]"
 """Line ends of `str.splitlines`, so that findings count and show the same lines."""
 
-_NOT_LINE_END = r"[^\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029]"
+NOT_LINE_END = r"[^\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029]"
 _IDENTIFIER = r"[^\W\d]\w*"
 
 _PATTERNS = (
     ("LINE_END", LINE_END),
     ("SPACE", r"[^\S\n\r\x0b\x0c\x1c-\x1e\x85\u2028\u2029]+"),
-    ("COMMENT", rf"(?://|\#){_NOT_LINE_END}*|/\*(?s:.*?)(?:\*/|\Z)"),
+    ("COMMENT", rf"(?://|\#){NOT_LINE_END}*|/\*(?s:.*?)(?:\*/|\Z)"),
     # A dot may end a symbol (``Roof.``) unless it begins an element-wise operator (``a.+b``).
     ("NAME", rf"{_IDENTIFIER}(?:\.{_IDENTIFIER})*(?:\.(?=-->)|\.(?![-+*%<>!]|/(?![/*])|==|&&|\|\|))?"),
     ("NUMBER", r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"),

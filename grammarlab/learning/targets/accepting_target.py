@@ -81,7 +81,7 @@ def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequen
     usual = 2 * num_alternatives(density.target.grammar)
     most = making.max_rules or usual
     best: tuple[Simple, LearnedGrammar] | None = None
-    fewest, fitting = 0, np.inf
+    fewest, fitting, is_too_long = 0, np.inf, False
     made: dict[str, LearnedGrammar | None] = {}  # trees that differ in rounding only say the same
     header = [*lines, f"Method compile, base {making.base}"]
     has_rule = Acceptance.of(density.target.grammar.tree) is not None
@@ -97,8 +97,9 @@ def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequen
             learned = made[function]
             # A finding reports the size of the whole grammar, where counting takes no longer than usual.
             size = 0 if learned is None else rules_if_few(learned, max(most, usual))
-            if learned is None or size > most:
-                fewest, fitting = min(fewest or size, size), len(simple.preference.tree)
+            if learned is None or size is None or size > most:
+                is_too_long |= size is None
+                fewest, fitting = min(fewest or size or 0, size or fewest), len(simple.preference.tree)
             elif best is None or _is_better((simple, learned), best):
                 best = simple, learned
         if best is not None:
@@ -112,6 +113,8 @@ def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequen
         f"a grammar alone would have {fewest:,} branches of rules or more, and {most:,} {'is' if most == 1 else 'are'} "
         "allowed"
         if fewest
+        else "a grammar alone would be too long for a rule file"
+        if is_too_long
         else "no grammar alone says it"
     )
     return ReadableSampler(*_with_acceptance(density, forest, lines, most, reason), density.target.even)
@@ -155,7 +158,7 @@ def _with_acceptance(
             candidate = compiled(density.as_target(part.preference), forest, (), max_branches)
             if (
                 candidate is not None
-                and rules_if_few(candidate, max_branches) <= max_branches
+                and (rules_if_few(candidate, max_branches) or np.inf) <= max_branches
                 and _countable(features, grammar, candidate)
             ):
                 keep_probability = _quotient(values, part.preference(density.columns.rows) * part.highest)

@@ -126,17 +126,19 @@ def compiled(
         return None
 
 
-def rules_if_few(learned: LearnedGrammar, most: int) -> int:
+def rules_if_few(learned: LearnedGrammar, most: int) -> int | None:
     """Number of branches of all rules of a grammar, or of the changed rules only if these have more than a limit.
 
-    The others are known after parsing only, which takes long.
+    The others are known after parsing only, which takes long. None if the text is too large for a rule file.
     """
     if learned.rules_changed > most:
         return learned.rules_changed
     try:
         return learned.rules_after
-    except LanguageError:  # too many words for a rule file
-        return most + 1
+    except LanguageError as error:
+        if any(finding.code != "file-too-large" for finding in error.findings):
+            raise
+        return None
 
 
 def rounded_off(

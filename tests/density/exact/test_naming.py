@@ -107,6 +107,17 @@ NAMES = ("House", "Storey", "Roof", "RoofFlat", "RoofHip", "RoofGable", "Shed", 
 READS = ("Street[House@0 > Storey]", "Street[House@1 > Shed]", "Street[House@0 >> RoofHip]")
 
 
+def test_new_names_are_not_those_of_imported_rules():
+    text = """@StartRule
+    Street --> p.Wall [ t(9, 0, 0) p.Wall ]
+    p.Wall --> 50% : Brick. else : p.Wall_green
+    p.Wall_green --> 50% : Ivy. else : Moss.
+    """
+    found = learned(["Street[p.Wall@0 > p.Wall_green]"], lambda v: 1.0 * (v[:, 0] > 0), text)
+    assert {name for name, _ in new_names(found.text, text)} == {"p.Wall_green_2"}
+    assert found.text.count("p.Wall_green -->") == 1
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_odd_names_stay_valid_and_unique(seed):
     random = np.random.default_rng(seed)

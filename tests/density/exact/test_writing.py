@@ -1,10 +1,13 @@
 """What learned grammars read like."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from grammarlab.density.exact.compile import compile_density
 from grammarlab.derivation.derive import derive
+from grammarlab.errors import GrammarlabError
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.checking.check import check_text
@@ -158,3 +161,16 @@ def test_a_comment_above_a_rule_is_apart_from_the_rule_before_it():
     comments = [number for number, line in enumerate(lines) if line.startswith("//") and number]
     assert len(comments) >= 4
     assert not any(lines[number - 1].strip() for number in comments)
+
+
+def test_a_text_with_other_rules_than_those_meant_is_refused():
+    """A defect in the writing of rules is reported where the text is read again, and never ends in a file."""
+    learned = learn(HOUSE, ["House:1 > Facade@1 >> Window"], lambda v: v[:, 0])
+    facade = "Facade_window(n) -->"
+    fewer = learned.text.replace(
+        f"{facade}\n    case n > 4 : Wide_window(n)\n    else : Wide_window(n)", f"{facade} NIL"
+    )
+    for text in (f"{learned.text}\n{facade} NIL", fewer, f"{learned.text}\nOther --> NIL"):
+        assert text != learned.text
+        with pytest.raises(GrammarlabError, match="does not have the rules that are meant"):
+            replace(learned, text=text).grammar  # noqa: B018
