@@ -36,24 +36,22 @@ from grammarlab.language.syntax.syntax_tree import (
     walk,
 )
 
-_WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+\d*|[A-Z]+\d*|\d+|[^\W_a-zA-Z\d]+")
-"""A word of an identifier: ``GroundFloor``, ``GFA_total``."""
+_WORD = re.compile(r"A+(?=Aa)|A?a+0*|A+0*|0+")
+"""A word of the shape of an identifier: ``GroundFloor``, ``GFA_total``."""
 _IDENTIFIER = r"[^\W\d]\w*(?:\.\w+)*"
-_TOKEN = re.compile(rf"(?<![\w.#]){_IDENTIFIER}")
-_CHOICE = re.compile(
-    rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<place>(?: \d+)?)(?P<sign> [→=≠] )(?P<one>{_IDENTIFIER})\b(?! and )\.?"
+_LINE = r"line \d+(?: branch \d+)?"
+_SHARE = r"[\d.e+-]+%"
+_NAMED = re.compile(
+    rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?:#(?P<draw>\d+)(?![\w.]))?"
+    rf"(?:(?P<place>(?: \d+)?)(?:(?P<sign> [→=≠] | \((?=[\d.e+-]+%|line ))"
+    rf"(?:(?P<branch>(?:{_SHARE}, )?(?P<line>{_LINE})\b|(?P<share>{_SHARE}))"
+    rf"|(?P<one>{_IDENTIFIER})\b(?! and )\.?|(?P<number>\d+)\b)))?"
 )
-_BRANCH = re.compile(
-    rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<place>(?: \d+)?)(?P<sign> [→=≠] | \()"
-    r"(?:(?:[\d.e+-]+%, )?(?P<line>line \d+)\b|(?P<share>[\d.e+-]+%))"
-)
-_ONE = rf"(?:{_IDENTIFIER}\.?|line \d+|[\d.e+-]+%|\d+)"
+"""An identifier, with what is chosen there if this follows."""
+_ONE = rf"(?:{_LINE}|{_IDENTIFIER}\.?|{_SHARE}|\d+)"
 _LISTED = re.compile(rf"(?<![\w.#])({_IDENTIFIER}(?: \d+)?)( [=≠] )({_ONE}(?: / {_ONE})+)")
 """Several alternatives of a choice: ``Wall = Brick / Glass``."""
-_NUMBERED = re.compile(rf"(?<![\w.#])(?P<of>{_IDENTIFIER})(?P<sign> [=≠] )(?P<number>\d+)\b")
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
-_DRAW = re.compile(r"(?<=\w)#(\d+)\b(?![0-9a-fA-F])")
-"""The number of a draw of a definition that has several: ``nFloor#2``."""
 _LONGEST = 60
 """Largest number of characters of a word from a grammar."""
 _MAX_GREY = 0.12
@@ -94,7 +92,8 @@ class DisplayNames:
     names: Mapping[str, str]
     """Words by identifier, for those that read otherwise."""
     branches: Mapping[tuple[str, str], str]
-    """Words by symbol, and line (``line 23``) or percentage (``45%``), for branches of its rules."""
+    """Words by symbol, and line (``line 23``, or ``line 23 branch 2`` if it has several) or percentage (``45%``), for
+    branches of its rules."""
     values: Mapping[tuple[str, int], str]
     """Words by attribute and number, for alternatives of random attributes."""
 
@@ -112,7 +111,10 @@ class DisplayNames:
             given |= _given(definition.name, definition.annotations)
             if isinstance(definition, Rule):
                 identifiers |= dict.fromkeys(_successors(definition))
-                branches |= {(definition.name, key): word for key, word in _branch_words(definition.body, attributes)}
+                for key, word in _branch_words(definition.body, attributes):
+                    # Rules of one name differ in their parameters, which a name of a branch does not have.
+                    is_other = branches.setdefault((definition.name, key), word) != word
+                    branches |= {(definition.name, key): ""} if is_other else {}
             elif isinstance(definition, Attribute) and isinstance(definition.value, Stochastic):
                 texts = [branch.value for branch in definition.value.branches if isinstance(branch, String)]
                 words = _distinct(texts) if len(texts) == len(definition.value.branches) else []
@@ -133,36 +135,37 @@ class DisplayNames:
 
     def _list(self, of: str, sign: str, ones: str) -> str:
         """Alternatives of one choice."""
-        first, *others = (self._plain(f"{of}{sign}{one}") for one in ones.split(" / "))
-        return " / ".join([first, *(other.partition(sign)[2] for other in others)])
+        before = f"{self._plain(of)}{sign}"
+        return before + " / ".join(self._plain(f"{of}{sign}{one}").removeprefix(before) for one in ones.split(" / "))
 
     def _plain(self, text: str) -> str:
-        """A text without lists of alternatives."""
-        text = _NUMBERED.sub(self._numbered, text)
-        text = _BRANCH.sub(self._branch, text)
-        text = _CHOICE.sub(self._choice, text)
-        text = _TOKEN.sub(lambda match: self.names.get(match[0], match[0]), text)
-        return _DRAW.sub(lambda match: f" (draw {match[1]})", text)
+        """A text without lists of alternatives. What words hold is not replaced again."""
+        return _NAMED.sub(self._named, text)
 
-    def _numbered(self, match: re.Match[str]) -> str:
-        word = self.values.get((match["of"], int(match["number"])))
-        return f"{match['of']}{match['sign']}{word}" if word else match[0]
+    def _named(self, match: re.Match[str]) -> str:
+        of, draw = match["of"], match["draw"]
+        name = self.names.get(of, of)
+        before = f"{name} (draw {draw})" if draw else name
+        if not match["sign"]:
+            return f"{before}{match['place'] or ''}"
+        before += f"{match['place']}{match['sign']}"
+        if match["one"]:
+            return before + _without_repeated(name, self.names.get(match["one"], match["one"]))
+        if match["branch"]:
+            return before + (self.branches.get((of, match["line"] or match["share"])) or match["branch"])
+        word = "" if draw or match["place"] else self.values.get((of, int(match["number"])))
+        return before + (word or match["number"])
 
-    def _branch(self, match: re.Match[str]) -> str:
-        word = self.branches.get((match["of"], match["line"] or match["share"]))
-        return f"{match['of']}{match['place']}{match['sign']}{word}" if word else match[0]
 
-    def _choice(self, match: re.Match[str]) -> str:
-        """A choice with an alternative that does not repeat its words."""
-        of, one = (self.names.get(match[part], match[part]) for part in ("of", "one"))
-        repeated = 0
-        for first, second in zip(of.lower().split(), one.lower().split()[:-1], strict=False):
-            if first != second:
-                break
-            repeated += 1
-        words = one.split()[repeated:]
-        rest = " ".join([words[0][:1].upper() + words[0][1:], *words[1:]]) if repeated else one
-        return f"{of}{match['place']}{match['sign']}{rest}"
+def _without_repeated(of: str, one: str) -> str:
+    """Words of an alternative without those that begin the words of the choice."""
+    repeated = 0
+    for first, second in zip(of.lower().split(), one.lower().split()[:-1], strict=False):
+        if first != second:
+            break
+        repeated += 1
+    words = one.split()[repeated:]
+    return " ".join([words[0][:1].upper() + words[0][1:], *words[1:]]) if repeated else one
 
 
 def color_word(color: str) -> str:
@@ -206,10 +209,18 @@ def _given(name: str, annotations: Iterable[Annotation]) -> dict[str, str]:
 
 def _split(identifier: str) -> str:
     """An identifier in words: the first as it begins, the others in small letters if they are not abbreviations."""
-    words = _WORD.findall(identifier)
+    shape = "".join(map(_kind_of, identifier))
+    words = [identifier[match.start() : match.end()] for match in _WORD.finditer(shape)]
     if not words:
         return identifier
     return " ".join([words[0], *(word if word.isupper() else word[:1].lower() + word[1:] for word in words[1:])])
+
+
+def _kind_of(character: str) -> str:
+    """``A`` for a capital, ``a`` for another letter of any alphabet, ``0`` for a digit, ``_`` for anything else."""
+    if character.isupper() or character.istitle():
+        return "A"
+    return "0" if character.isdecimal() else "a" if character.isalnum() else "_"
 
 
 def _qualified(name: str, words: str) -> str:
@@ -246,7 +257,11 @@ def words_of_branches(body: Choice, attributes: frozenset[str]) -> list[str]:
 def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[str, str]]:
     """Line, and percentage if no other branch has it, of each branch of a rule that alone says something: a word."""
     leaves, words = list(alternatives(body)), words_of_branches(body, attributes)
-    keys = [f"line {leaf.location.line}" for leaf in leaves]
+    lines = Counter(leaf.location.line for leaf in leaves)
+    keys = [
+        f"line {line}" + (f" branch {number}" if lines[line] > 1 else "")
+        for number, line in enumerate((leaf.location.line for leaf in leaves), 1)
+    ]
     if isinstance(body, Stochastic) and len(body.branches) == len(leaves):
         known = [share.value if isinstance(share, Number) else 0.0 for share in body.percentages]
         rest = 100.0 - sum(known)
@@ -272,7 +287,8 @@ def _colors(node: Node) -> Iterator[str]:
 def _share(argument: Node) -> float:
     """The number of a share of a colour, alone or times something named; NaN for anything else."""
     if isinstance(argument, Binary) and argument.operator == "*":
-        return _share(argument.left) if isinstance(argument.right, Name) else math.nan
+        number, factor = (argument.left, argument.right)[:: -1 if isinstance(argument.left, Name) else 1]
+        return _share(number) if isinstance(factor, Name) else math.nan
     return argument.value if isinstance(argument, Number) else math.nan
 
 

@@ -1,5 +1,6 @@
 """Words for what grammars name."""
 
+import numpy as np
 import pytest
 
 import grammarlab as gl
@@ -53,6 +54,7 @@ groundfloor --> Wall
         ),
         ("WallColor = line 16 / 30%, Finish ≠ 18% / 82%", "Wall color = blue / 30%, Finish ≠ light / steel"),
         ("#8E4B38, x.WallColor", "#8E4B38, x.WallColor"),
+        ("GroundFloor#2 above 3, Wall = tex#1.png", "Ground floor (draw 2) above 3, Wall = tex#1.png"),
     ],
 )
 def test_identifiers_become_words(name, words):
@@ -64,11 +66,11 @@ def test_branches_that_differ_in_numbers_of_a_colour_are_called_after_it():
 Glass -->
     30% : color(0.05 * tone, 0.05 * tone, 0.06) Pane
     30% : color(0.1, 0.2 * tone, 0.6) Pane
-    else : color(0.1 * tone, 0.4, 0.1) Pane
+    else : color(tone * 0.1, 0.4, 0.1) Pane
 Frame --> 50% : color(0.1, 0.2 * (1 - tone), 0.3) Bar else : color(2, 0.9, 0.9) Bar"""
     branches = DisplayNames.of(gl.Grammar.parse(text).tree).branches
     assert [branches["Glass", f"line {line}"] for line in (3, 4, 5)] == ["black", "blue", "green"]
-    assert not any(symbol == "Frame" for symbol, _ in branches)
+    assert [word for (symbol, _), word in branches.items() if symbol == "Frame"] == ["tone"]
 
 
 def test_two_identifiers_never_get_the_same_words():
@@ -102,3 +104,53 @@ def test_the_columns_of_shipped_grammars_stay_distinguishable(name):
 )
 def test_colors_have_words(color, word):
     assert color_word(color) == word
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_branches_have_the_same_words_on_one_line_as_on_several(seed):
+    randomness = np.random.default_rng(seed)
+    colors = randomness.permutation(["#ff0000", "#0000ff", "#00ff00", "#ffffff", "#000000"])
+    shares = randomness.choice([10, 20], 3)
+    branches = [f'{share}% : color("{color}") X.' for share, color in zip(shares, colors, strict=False)]
+    branches.append(f'else : {{}} color("{colors[3]}") X.')
+
+    def words(separator):
+        choice = separator.join(branches).format(f"case h > 5 : X. Y.{separator}else :")
+        grammar = gl.Grammar.parse(f"attr h = rand(1, 9)\nLot --> Wall\nWall -->{separator}{choice}")
+        table = gl.extract(gl.derive(grammar, 200, seed=1))
+        names = list(map(DisplayNames.of(grammar.tree).text, table.names))
+        assert len(set(names)) == len(names)
+        return [name for name in names if " → " in name]
+
+    assert words(" ") == words("\n    ")
+    assert len([name for name in words(" ") if name.endswith(tuple(map(color_word, colors)))]) >= 3
+
+
+@pytest.mark.parametrize("identifier", ["groundFloor2", "GFA_total", "OldHTMLWall", "X", "wallX", "a2b", "ABc12D"])
+def test_words_are_those_of_any_alphabet(identifier):
+    """Small and capital letters that are put for others, one for one, change no word but in its letters."""
+    ours = "abcdefghijklmnopqrstuvwxyz"
+    greek, accented = "αβγδεζηθικλμνξοπρστυφχψω", "äöüéèêàâáçñåøõôóòíìîúùûýþ"
+
+    def words(name):
+        return DisplayNames.of(gl.Grammar.parse(f"attr {name} = 1\nLot --> NIL").tree).text(name)
+
+    for other in (greek + "ыю", accented + "ů"):
+        table = str.maketrans(ours + ours.upper(), other + other.upper())
+        assert words(identifier.translate(table)) == words(identifier).translate(table)
+
+
+def test_words_are_not_replaced_again():
+    text = """Lot --> 50% : print("Roof or Wall = Hip#2, 50%") X. else : print("Hip") X.
+@DisplayName("Wall") Roof --> 50% : Hip else : Flat
+@DisplayName("Roof") Wall --> X."""
+    names = DisplayNames.of(gl.Grammar.parse(text).tree)
+    assert names.text("Lot = line 1 branch 1, Roof ≠ Hip, Wall") == "Lot = Roof or Wall = Hip#2, 50%, Wall ≠ Hip, Roof"
+
+
+def test_branches_of_overloads_that_one_name_means_have_no_words():
+    text = """Lot --> Wall(1) Wall(1, 2)
+Wall(a) --> 30% : color("#ff0000") X. else : color("#00ff00") X.
+Wall(a, b) --> 30% : color("#0000ff") X. 20% : color("#ffffff") X. else : color("#000000") X."""
+    names = DisplayNames.of(gl.Grammar.parse(text).tree)
+    assert names.text("Wall = 30%, Wall = 70%, Wall = 20%") == "Wall = 30%, Wall = green, Wall = white"

@@ -2,7 +2,8 @@
 
 A branch of a rule is named after a successor that no other branch has, or after the number of a successor
 if every branch has a different number; otherwise after its percentage, with the line if two percentages are equal, or
-after the line alone if percentages differ between models: those of proposals are not those in the text.
+after the line alone if percentages differ between models: those of proposals are not those in the text. Branches on one
+line are numbered.
 """
 
 from __future__ import annotations
@@ -118,11 +119,21 @@ class ColumnNames:
                 return f"{counter[symbol]} {symbol}" if counter[symbol] else f"no {symbol}"
         if all(other.keys() != counter.keys() for other in elsewhere):
             return self._together(counter, elsewhere)
-        line = f"line {labels.rules[label].line}"
+        line = self._line(label)
         chance = self._percentage(label)
         if not chance or any(math.isnan(labels.chances[other]) for other in others):
             return line
         return chance if all(self._percentage(other) != chance for other in others) else f"{chance}, {line}"
+
+    def _line(self, label: int) -> str:
+        """The line of a branch, with its number if the line has several."""
+        rules = self._labels.rules
+        here = [other for other in self._labels.alternatives(label) if rules[other].line == rules[label].line]
+        line = f"line {rules[label].line}"
+        if len(here) == 1:
+            return line
+        branches = sorted(rules[other].branch for other in self._labels.alternatives(label))
+        return f"{line} branch {branches.index(rules[label].branch) + 1}"
 
     def _together(self, counter: Counter[str], elsewhere: list[Counter[str]]) -> str:
         """What a branch makes, if no other one makes just these symbols."""
