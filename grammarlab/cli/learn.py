@@ -286,6 +286,7 @@ def _labels_as_json(result: LabelsResult) -> dict[str, Any]:
         "steps": [{"name": step.name, "js": step.js} for step in density.steps],
         "features": [str(feature) for feature in density.features],
         "kept": {factor.name: factor.unexplained for factor in result.factors},
+        "explained": {factor.name: factor.explained for factor in result.factors},
         "knowledge": list(density.predicted.words.knowledge),
         "likes": list(density.predicted.words.likes),
         "dislikes": list(density.predicted.words.dislikes),

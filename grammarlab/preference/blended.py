@@ -42,7 +42,8 @@ from grammarlab.preference.processes.grouped import GroupedPreference
 from grammarlab.preference.unexplained import Unexplained, folds_of, unexplained
 
 MIN_LABELS = 16
-"""Smallest number of labels for a share of cells by held-out scores; with fewer, the process comes first."""
+"""Smallest number of labels for a share of cells by held-out scores; with fewer, the process comes first. It is that of
+different designs for what is explained of held-out scores: equal designs are held out together."""
 _RATIO_POWER = 7.0
 """Power of the ratio of what cells and the process like of all designs. Where the process was the better part, they
 liked about as much (.9 to 1.1); where it was the worse one, it liked 1.2 to 50 times as much."""
@@ -83,7 +84,8 @@ class BlendedPreference(AbstractPreference):
     held_out_error: float = 0.0
     """Error on held-out scores, as the standard deviation of normal errors with the same median; 0 without any."""
     explained_variance: float | None = None
-    """Share of the variance of held-out scores that the parts explain, 0 to 1; None without any."""
+    """Share of the variance of held-out scores that the parts explain, 0 to 1; None without any, if the scores are
+    equal, and for too few different designs."""
     sketches: tuple[BlendedPreference, ...] = ()
     """Quick fits to parts of the labels, each without its held-out scores."""
     density: _Levels | None = None
@@ -310,6 +312,6 @@ def fit(
         blend(parts),
         # Half of all normal errors are smaller than the upper quartile.
         held_out_error=float(np.median(np.abs(judged.errors)) / ndtri(0.75)),
-        explained_variance=judged.explained_variance,
+        explained_variance=judged.explained_variance if len(np.unique(table, axis=0)) >= MIN_LABELS else None,
         sketches=tuple(blend(parts) for parts in judged.sketches),
     )

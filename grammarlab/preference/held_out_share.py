@@ -66,10 +66,10 @@ class HeldOut(NamedTuple):
     """Fits without the held-out scores."""
 
     @property
-    def explained_variance(self) -> float:
-        """Share of the variance of the scores that predictions explain, 0 to 1; 0 if the scores are equal."""
+    def explained_variance(self) -> float | None:
+        """Share of the variance of the scores that predictions explain, 0 to 1; None if the scores are equal."""
         variance = float(np.var(self.scores))
-        return max(1.0 - float(np.mean(self.errors**2)) / variance, 0.0) if variance > 0.0 else 0.0
+        return max(1.0 - float(np.mean(self.errors**2)) / variance, 0.0) if variance > 0.0 else None
 
 
 def held_out(rows: Floats, scores: Floats, continuous: Flags, seed: int, parts: Fitted, advantage: float) -> HeldOut:

@@ -183,6 +183,8 @@ def test_labels_of_a_simulated_person_become_a_grammar(run, labelled, tmp_path):
     assert values["js"] == values["scenario"]["js"] < 1e-6
     assert values["js_before"] == values["scenario"]["js_before"]
     assert values["scenario"]["js_before"] > 0.1
+    assert values["explained"].keys() == values["kept"].keys()
+    assert f"This explains {values['explained']['overall']:.0%} of held-out scores." in out.read_text()
     assert "Lot --> extrude(height) High" in out.read_text()
     assert {file.name for file in folder.iterdir()} == REPORT | {"choice-1.png"}
     assert "| labels | 32 |" in (folder / "report.md").read_text()

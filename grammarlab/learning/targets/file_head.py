@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
 
@@ -14,7 +15,11 @@ _MAX_CHARACTERS = 600
 """Largest number of characters of one kind of designs; names of symbols can have any length."""
 _MIN_LABELS = 32
 """Least number of scores from which a share of held-out ones is given; of fewer scores, these are a handful."""
+_ADDS = re.compile(r"\([+-]\d+\)$")
+"""Points at the end of a kind: ``Door (+20)``."""
 _INDENT = "  "
+_CHANCE = "No held-out score is explained, so what is said here may be chance; more scores will show."
+"""Before kinds of designs that held-out scores do not confirm."""
 _FIRST = "Learned by grammarlab "
 """First words of a head."""
 
@@ -46,9 +51,11 @@ def _taste(predicted: Predicted) -> Iterator[str]:
     is_relative = all(factor.num_comparisons == factor.num_labels for factor in predicted.factors)
     for sentence in words.voices:
         yield from wrap(plain(sentence), _WIDTH, break_long_words=False)
+    if (words.likes or words.dislikes) and any(map(_is_chance, predicted.factors)):
+        yield _CHANCE
     for title, kinds in (("Likes", words.likes), ("Does not like", words.dislikes)):
         if kinds:
-            adds = all("(+" in kind or "(-" in kind for kind in kinds)
+            adds = all(map(_ADDS.search, kinds))
             mean = "with the mean value, 100 for the best" if is_relative else "with the mean score, 0 to 100"
             yield f"{title} ({'points that each part adds' if adds else mean}):"
         for kind in kinds:
@@ -76,10 +83,22 @@ def _sentences(factor: SimplifiedFactor) -> str:
     labels = " and ".join(f"{num:,} {word}{'s' if num != 1 else ''}" for num, word in numbers if num)
     if factor.unexplained == 1.0:
         return f"No pattern yet in {labels}: the original is kept."
-    is_known = factor.explained is not None and num_scores >= _MIN_LABELS
-    explained = f" This explains {factor.explained:.0%} of held-out scores." if is_known else ""
+    if factor.are_equal:
+        same = f"All {labels} are equal" if num_scores > 1 else f"There is only {labels}"
+        return f"{same}: the original is kept."
+    explained = f" This explains {factor.explained:.0%} of held-out scores." if _is_known(factor) else ""
     kept = f" {factor.unexplained:.0%} of the original is mixed in, since there are not enough yet."
     return f"Learned from {labels}.{explained}{kept if factor.unexplained else ''}"
+
+
+def _is_known(factor: SimplifiedFactor) -> bool:
+    """Whether the share of explained scores is said."""
+    return factor.explained is not None and factor.num_labels - factor.num_comparisons >= _MIN_LABELS
+
+
+def _is_chance(factor: SimplifiedFactor) -> bool:
+    """Whether nothing is explained of many scores: what was learned can be a pattern of these scores alone."""
+    return _is_known(factor) and factor.unexplained < 1.0 and f"{factor.explained:.0%}" == "0%"
 
 
 def without_earlier_head(text: str) -> str:

@@ -17,7 +17,7 @@ from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.explanation import Words, words_of
-from grammarlab.learning.targets.unknown_part import knowledge_of, voices_of
+from grammarlab.learning.targets.unknown_part import are_equal, knowledge_of, voices_of
 from grammarlab.preference.base import MAX_SCORE, SCORE_STEP, AbstractPreference, Relevance
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.held_out_share import NUM_FOLDS
@@ -62,6 +62,8 @@ class SimplifiedFactor:
     """Share of the variance of held-out scores that is explained, 0 to 1; None if no scores were held out."""
     num_comparisons: int = 0
     """How many of the labels compare two designs."""
+    are_equal: bool = False
+    """Whether all labels are scores, and these are equal."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +105,7 @@ def predict(study: Study[Designs], state: State) -> Predicted:
             len(state.answers[name].scores),
             len(state.answers[name].scores) - len(state.answers[name].scored.scores),
             state.preferences[name],
+            are_equal(state, name),
             [study.space.display_names.text(group) for group in table.group_names],
             pool,
         )
@@ -300,6 +303,7 @@ def _factor(
     num_labels: int,
     num_comparisons: int,
     preference: AbstractPreference,
+    is_equal: bool,
     group_names: Sequence[str],
     pool: Floats,
 ) -> SimplifiedFactor:
@@ -313,6 +317,7 @@ def _factor(
         relevances=relevances,
         predicted=predicted,
         num_comparisons=num_comparisons,
+        are_equal=is_equal,
     )
     if not isinstance(preference, BlendedPreference):
         return factor

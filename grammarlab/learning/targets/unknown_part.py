@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from grammarlab.learning.round import State, Study
 from grammarlab.preference.blended import BlendedPreference
 
@@ -17,8 +19,16 @@ def knowledge_of(study: Study, state: State) -> tuple[str, ...]:
     for name in state.liked:
         preference = state.preferences[name]
         of_pattern = _sentence(preference) if isinstance(preference, BlendedPreference) else ""
+        of_pattern = "All scores are equal: the original is kept." if are_equal(state, name) else of_pattern
         sentences += [text for text in (voices.get(name, ""), _of_factor(state, name, of_pattern)) if text]
     return tuple(sentences)
+
+
+def are_equal(state: State, name: str) -> bool:
+    """Whether all labels of a factor are scores, and these are equal: no design is better than another one."""
+    answers = state.answers[name]
+    scores = answers.scored.scores
+    return len(scores) == len(answers.scores) and bool(np.ptp(scores) == 0.0)
 
 
 def voices_of(state: State) -> dict[str, str]:

@@ -57,6 +57,8 @@ def test_a_learned_file_begins_with_what_is_liked():
         ({"unexplained": 0.3}, "Learned from 20 scores. 30% of the original is mixed in, since there are not enough"),
         ({"explained": 0.934, "num_labels": 40}, "Learned from 40 scores. This explains 93% of held-out scores."),
         ({"explained": 0.0}, "Learned from 20 scores."),
+        ({"are_equal": True, "unexplained": 0.48}, "All 20 scores are equal: the original is kept."),
+        ({"are_equal": True, "num_labels": 1}, "There is only 1 score: the original is kept."),
         ({"num_labels": 20, "num_comparisons": 20}, "Learned from 20 comparisons."),
         ({"num_labels": 20, "num_comparisons": 19}, "Learned from 1 score and 19 comparisons."),
     ],
@@ -79,6 +81,49 @@ def test_values_learned_from_comparisons_alone_are_relative():
     words = Words(("Door (100; others 3)",), ())
     assert "Likes (with the mean value, 100 for the best):" in head([], predicted(words, num_comparisons=20), 0)
     assert "Likes (with the mean score, 0 to 100):" in head([], predicted(words, num_comparisons=19), 0)
+
+
+@pytest.mark.parametrize(
+    ("factor", "is_chance"),
+    [
+        ({"explained": 0.004, "num_labels": 96}, True),
+        ({"explained": 0.0, "num_labels": 96, "unexplained": 1.0}, False),
+        ({"explained": 0.0, "num_labels": 20}, False),
+        ({"explained": 0.2, "num_labels": 96}, False),
+        ({"num_labels": 96}, False),
+    ],
+)
+def test_kinds_that_no_held_out_score_confirms_are_called_so(factor, is_chance):
+    lines = head([], predicted(Words(("Door (90)",), ()), **factor), 0)
+    assert any("may be chance" in line for line in lines) == is_chance
+    assert not any("may be chance" in line for line in head([], predicted(**factor), 0))
+
+
+@pytest.mark.parametrize("name", ["flat (+)", "W = (-5) m", "x (+20) y"])
+def test_points_are_those_at_the_end(name):
+    def title(end):
+        return next(line for line in head([], predicted(Words((f"{name} {end}",), ())), 0) if line.startswith("Likes"))
+
+    assert title("(90)") == title("(90; others 3)") == "Likes (with the mean score, 0 to 100):"
+    assert title("(+20)") == title("(-3)") == "Likes (points that each part adds):"
+
+
+def test_equal_scores_leave_the_original_and_say_so():
+    result = learn(GRAMMAR, lambda forest: np.full(forest.num_models, 100.0), 16, pool=Pool(0, 200))
+    assert "// All 16 scores are equal: the original is kept." in result.learned.text.splitlines()
+    assert result.predicted.words.knowledge == ("All scores are equal: the original is kept.",)
+    assert Grammar.parse(result.learned.text).rules == GRAMMAR.rules
+
+
+def test_few_different_designs_have_no_share_of_held_out_scores():
+    """Equal designs are held out together, so of two of them nothing says what the other one is worth."""
+    result = learn(GRAMMAR, high, 64, pool=Pool(0, 200))
+    assert [factor.explained for factor in result.predicted.factors] == [None]
+    assert "// Learned from 64 scores." in result.learned.text.splitlines()
+
+    text = f"attr h = rand(1, 9) {GRAMMAR.text.replace('extrude(3)', 'extrude(h)')}"
+    (factor,) = learn(Grammar.parse(text), high, 64, pool=Pool(0, 200)).predicted.factors
+    assert factor.explained == pytest.approx(1.0, abs=0.2)
 
 
 def test_no_name_leaves_the_comment():
