@@ -111,8 +111,11 @@ class TreeGrammar:
     def words(self) -> Mapping[tuple[SymbolKey, Branch], str]:
         """What an alternative alone says, such as a colour or a text between quotes, for those that say something."""
         words: dict[tuple[SymbolKey, Branch], str] = {}
-        for key, rule in self.grammar.rules.items() if self.grammar else ():
-            names = words_of_branches(rule.body, frozenset(self.grammar.attributes)) if self.grammar else []
+        if self.grammar is None:
+            return words
+        read = frozenset((*self.grammar.attributes, *(name for name, _ in self.grammar.functions)))
+        for key, rule in self.grammar.rules.items():
+            names = words_of_branches(rule.body, read)
             branches = [alternative.branch for alternative in self.alternatives(key) if alternative.branch is not None]
             words |= {(key, branch): word for branch, word in zip(branches, names, strict=True) if word}
         return words

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -55,10 +58,8 @@ class AbstractNames(ABC):
             ways: what the rule of each has.
         """
         suffixes = [self.suffixes(variant, way) for variant, way in zip(variants, ways, strict=True)]
-        chosen = [
-            _distinct(own, [other for index, other in enumerate(suffixes) if index != number])
-            for number, own in enumerate(suffixes)
-        ]
+        counts = Counter(suffix for own in suffixes for suffix in {*own, *_pairs(own)})
+        chosen = [_distinct(own, counts) for own in suffixes]
         return [self.fresh(f"{variant.key[0]}_{suffix}") for variant, suffix in zip(variants, chosen, strict=True)]
 
     def fresh(self, base: str) -> str:
@@ -84,12 +85,16 @@ class AbstractNames(ABC):
         """Description of the trees of a variant: ``with GroundFloorOffice``."""
 
 
-def _distinct(own: Sequence[str], others: Sequence[Sequence[str]]) -> str:
-    """The best suffix that no sibling has, or two that are together different; the best one if there is none."""
-    taken = {suffix for other in others for suffix in (*other, *_pairs(other))}
+def _distinct(own: Sequence[str], counts: Mapping[str, int]) -> str:
+    """The best suffix that no sibling has, or two that are together different; the best one if there is none.
+
+    Args:
+        own: suffixes of a variant.
+        counts: number of siblings, with itself, that have each of these and of their pairs.
+    """
     fitting = [suffix for suffix in (*own, *_pairs(own)) if len(suffix) <= _MAX_LENGTH]
     best = fitting[0] if fitting else own[0][:_MAX_LENGTH].rstrip("_")
-    return next((suffix for suffix in fitting if suffix not in taken), best)
+    return next((suffix for suffix in fitting if counts[suffix] == 1), best)
 
 
 def _pairs(suffixes: Sequence[str]) -> list[str]:
@@ -113,11 +118,16 @@ class SplitNames(AbstractNames):
         super().__init__(splitting, used)
         self._components = splitting.automaton.components
         self._varying_of: dict[SymbolKey, dict[int, int]] = {}
+        self._symbols_below: dict[SymbolKey, frozenset[str]] = {}
 
     def condition(self, variant: Variant) -> str:
         allowed = self._order(variant, variant.future > 0.0)
         refused = self._order(variant, variant.future <= 0.0)
         rarer = [state for state in allowed if variant.future[state] < 1.0]
+        is_without = len(allowed) > 1 and not list(self._counts(variant, allowed[-1]))
+        if not rarer and is_without and 0 < len(refused) <= MOST_NAMED:
+            # Beside another state, the one without counts would deny what the other one says.
+            return f"never {' or '.join(self._state(variant, state) for state in refused)}"
         if not rarer and len(allowed) <= MOST_NAMED:
             return " or ".join(self._state(variant, state) for state in allowed)
         if len(rarer) > MOST_NAMED or len(refused) > MOST_NAMED:
@@ -223,22 +233,29 @@ class SplitNames(AbstractNames):
 
     def _said(self, pattern: Pattern) -> str:
         """What the branch of a pattern of one node alone says; empty if this is no word for a name."""
-        tree = self._components.tree
-        words = {
-            word for (key, branch), word in tree.words.items() if (key[0], branch) == (pattern.symbol, pattern.branch)
-        }
-        word = words.pop() if len(words) == 1 else ""
+        words = self._words.get((pattern.symbol, pattern.branch), frozenset())
+        word = next(iter(words)) if len(words) == 1 else ""
         return word if word[:1].isalpha() else ""
+
+    @cached_property
+    def _words(self) -> Mapping[tuple[str | None, Branch | None], frozenset[str]]:
+        """What the branches of all rules of a symbol say."""
+        words: dict[tuple[str | None, Branch | None], frozenset[str]] = {}
+        for (key, branch), word in self._components.tree.words.items():
+            words[key[0], branch] = words.get((key[0], branch), frozenset()) | {word}
+        return words
 
     def _state(self, variant: Variant, state: int) -> str:
         """Description of a state."""
         texts = [
-            self._text(component) if count == 1 else f"{count} {self._text(component)}"
-            for component, count in self._counts(variant, state)
+            text if count == 1 else f"{count} {text}"
+            for text, count in (
+                (self._text(component, variant.key), n) for component, n in self._counts(variant, state)
+            )
         ]
         if texts:
             return "with " + " and ".join(texts)
-        absent = [self._text(self._components.all[i]) for i in self._varying(variant)]
+        absent = [self._text(self._components.all[i], variant.key) for i in self._varying(variant)]
         more = f" or {len(absent) - MOST_NAMED} others" if len(absent) > MOST_NAMED else ""
         return "without " + " or ".join(absent[:MOST_NAMED]) + more
 
@@ -274,10 +291,21 @@ class SplitNames(AbstractNames):
             self._varying_of[variant.key] = columns
         return columns
 
-    def _text(self, component: Component) -> str:
+    def _text(self, component: Component, key: SymbolKey) -> str:
+        """Description of the parts of a component that a symbol can have."""
         if isinstance(component, Deep):
             return " + ".join(self._label(pattern) for pattern in component.below.run)
-        return " or ".join(self._label(pattern) for pattern in tops(component))
+        patterns, below = tops(component), self._below(key)
+        inside = [pattern for pattern in patterns if pattern.symbol is None or pattern.symbol in below]
+        return " or ".join(dict.fromkeys(self._label(pattern) for pattern in inside or patterns))
+
+    def _below(self, key: SymbolKey) -> frozenset[str]:
+        """The symbols that the trees of a symbol can have, with itself."""
+        symbols = self._symbols_below.get(key)
+        if symbols is None:
+            symbols = frozenset(name for name, _ in replace(self._components.tree, start=key).reachable)
+            self._symbols_below[key] = symbols
+        return symbols
 
     def _label(self, pattern: Pattern) -> str:
         """Text of a pattern; a single branch is named after the symbol it makes."""

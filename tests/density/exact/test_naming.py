@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from grammarlab.density.exact.compile import compile_density
+from grammarlab.density.exact.readings import read
 from grammarlab.derivation.derive import derive
+from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern_text import parse
 from grammarlab.language.checking.check import check_text
@@ -105,6 +107,26 @@ def test_the_degree_of_a_preference_is_in_the_name(ratio, words):
 ODD = ("日本Wall", "Ünder_Öl", "_", "__", "case_", "A" * 200, "A" * 199 + "B", "İx", "attr1", "House_no_x", "NILs")
 NAMES = ("House", "Storey", "Roof", "RoofFlat", "RoofHip", "RoofGable", "Shed", "StoreyBrick")
 READS = ("Street[House@0 > Storey]", "Street[House@1 > Shed]", "Street[House@0 >> RoofHip]")
+
+
+def test_comments_above_symbols_name_the_parts_that_these_have():
+    text = """@StartRule
+    Lot --> Base Roof
+    Base --> 50% : Shop. 30% : Home. else : Barn.
+    Roof --> 50% : Flat. 30% : Hip. else : Gable.
+    """
+    reads, score = read(Expression.parse("{Base:0} + {Roof:0} == 1"))
+    new = compile_density(Grammar.parse(text), reads, score).text
+    assert set(re.findall(r"// (Base|Roof) in Lot: with(?:out)? (.*)", new)) == {("Base", "Shop."), ("Roof", "Flat.")}
+
+
+def test_comments_above_symbols_do_not_deny_themselves():
+    text = """@StartRule
+    Lot --> House [ t(9, 0, 0) House ]
+    House --> 50% : color(1, 0, 0) Walls. 30% : color(1, 1, 0) Walls. else : color(0, 1, 0) Walls.
+    """
+    new = learned(["Lot[House@0:0]", "Lot[House@1:1]"], lambda v: 1.0 * (v[:, 0] > 0) * (v[:, 1] == 0), text).text
+    assert re.findall(r"// House in Lot: (.*)", new) == ["with House red", "never with House yellow"]
 
 
 def test_new_names_are_not_those_of_imported_rules():
