@@ -11,14 +11,13 @@ is a set of the corners is a function of their (u, v) instead of the world.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from heapq import heappop, heappush
+from collections import deque
 from typing import NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats, Ints, distinct_rows, ranked, rows_of_groups
+from grammarlab.arrays import Floats, Ints, distinct_rows, ranked
 from grammarlab.derivation.frames import FrameTable
 from grammarlab.derivation.state.shapes import Ids, Shapes
 
@@ -39,9 +38,13 @@ _UNKNOWN = -1
 """Row of a map that is not computed yet."""
 _ROOM = 16
 """Number of maps that a new table has room for."""
+_MOST_PENDING = 1 << 19
+"""Largest number of moved maps that are kept to be computed later, a budget: about 60 MB."""
+_MOVE_AS_MAPS = 16
+"""Number of moved maps that take the memory of a move's own objects."""
 
 
-class _Scopes(NamedTuple):
+class Scopes(NamedTuple):
     """Scopes of N shapes."""
 
     position: Floats
@@ -51,11 +54,11 @@ class _Scopes(NamedTuple):
     frame: Ids
     """[N]"""
 
-    def take(self, rows: Ints) -> _Scopes:
+    def take(self, rows: Ints) -> Scopes:
         """The scopes at ascending rows, each at most once."""
         if len(rows) == len(self.frame):
             return self
-        return _Scopes(self.position.take(rows, axis=0), self.size.take(rows, axis=0), self.frame.take(rows))
+        return Scopes(self.position.take(rows, axis=0), self.size.take(rows, axis=0), self.frame.take(rows))
 
 
 class Move(NamedTuple):
@@ -64,17 +67,21 @@ class Move(NamedTuple):
     Points of the unit cubes of both scopes of a shape correspond.
     """
 
-    before: _Scopes
-    after: _Scopes
+    before: Scopes
+    after: Scopes
 
     @classmethod
     def of(cls, before: Shapes, after: Shapes) -> Move:
         """The move from shapes [N] to shapes [N]."""
-        return cls(*(_Scopes(shapes.position, shapes.size, shapes.frame) for shapes in (before, after)))
+        return cls(*(Scopes(shapes.position, shapes.size, shapes.frame) for shapes in (before, after)))
 
     def take(self, rows: Ints) -> Move:
         """The move of the shapes at ascending rows, each at most once."""
         return Move(self.before.take(rows), self.after.take(rows))
+
+    def is_of_one_kind(self) -> bool:
+        """Whether all shapes have the same sizes and axes, before and after."""
+        return all(bool((column == column[:1]).all()) for scopes in self for column in (scopes.frame, scopes.size))
 
     def applied(self, maps: Floats, frames: FrameTable) -> Floats:
         """Maps [N, 2, 4] that give points after the move the coordinates that the given ones gave before it.
@@ -96,10 +103,23 @@ class Move(NamedTuple):
         return moved
 
 
+class _Pending(NamedTuple):
+    """Maps [N] of moved shapes that are not computed yet; their ids are consecutive."""
+
+    first: int
+    """The first id."""
+    before: Ids
+    """[N] the maps before the move."""
+    move: Move
+    """The move of N shapes."""
+
+
 class TextureMapTable:
     """Maps of one derivation: rows (u, v) of a gradient in their source and a value at its origin.
 
-    The maps of moved shapes are computed when they are read: most shapes get other maps before anything reads them.
+    The maps of moved shapes are kept as moves, since most shapes get other maps before anything reads them. When
+    something does during the derivation, all are computed, and when they are too many, the oldest: so each is computed
+    at most once whatever is read, and what is kept is bounded. At the end only those of leaves are.
     """
 
     def __init__(self, frames: FrameTable) -> None:
@@ -111,10 +131,8 @@ class TextureMapTable:
         self._was_given = np.empty(_ROOM, dtype=bool)
         self._source = np.empty(_ROOM, dtype=np.int8)
         self._used = 0
-        self._moves: list[tuple[Move, Ids]] = []
-        """Moves of shapes [N] and their maps [N] before it; they got one new id each."""
-        self._first_moved: list[int] = []
-        """First new id of each move."""
+        self._pending: deque[_Pending] = deque()
+        self._num_pending = 0
         self._is_of_world = True
         """Whether the world is the source of all maps."""
         self.has_faces = False
@@ -142,17 +160,23 @@ class TextureMapTable:
         is_moved = ids >= 0
         if not self._is_of_world:
             is_moved &= self.source(ids) == WORLD
-        if not is_moved.any():
+        rows = np.flatnonzero(is_moved)
+        if len(rows) == 0:
             return ids
-        self._moves.append((move, ids))
-        self._first_moved.append(self._used)
-        new = self._new_ids(len(ids), _UNKNOWN, self.was_given(ids), WORLD)
-        return new if is_moved.all() else np.where(is_moved, new, ids)
+        before, move = ids.take(rows), move.take(rows)
+        is_cheap = self._row[before[0]] != _UNKNOWN and _are_alike(before, move)
+        new = self._moved_alike(before, move) if is_cheap else self._moved_later(before, move)
+        if len(rows) == len(ids):
+            return new
+        result = ids.copy()
+        result[rows] = new
+        return result
 
     def take(self, ids: Ids) -> Floats:
         """The maps [N, 2, 4] with these ids, none of them `NONE`."""
-        row = self._known_rows(ids)
-        return self._rows.take(row, axis=0)
+        if (self._row.take(ids) == _UNKNOWN).any():
+            self._compute_oldest(0)
+        return self._rows.take(self._row.take(ids), axis=0)
 
     def was_given(self, ids: Ids) -> NDArray[np.bool_]:
         """[N] whether maps are the initial maps of shapes; for ids that are no maps, anything."""
@@ -170,7 +194,8 @@ class TextureMapTable:
         if self._used == 0:
             return self._rows[:0].copy(), ids
         chosen = np.flatnonzero((ids >= 0) & ~self.was_given(ids))
-        different, rank = ranked(self._known_rows(ids.take(chosen)), self._num_rows)
+        self._compute(ids.take(chosen))
+        different, rank = ranked(self._row.take(ids.take(chosen)), self._num_rows)
         maps = self._rows.take(different, axis=0)
         first, number = distinct_rows(maps)
         index = np.full(len(ids), NONE, dtype=np.int32)
@@ -195,52 +220,54 @@ class TextureMapTable:
         self._num_rows = end
         return np.arange(first, end, dtype=np.int32)
 
-    def _known_rows(self, ids: Ids) -> Ids:
-        """Rows [N] of maps, computed where they are not known yet."""
-        row = self._row.take(ids)
-        unknown = np.flatnonzero(row == _UNKNOWN)
-        if len(unknown) == 0:
-            return row
-        self._compute(ids.take(unknown))
-        return self._row.take(ids)
+    def _moved_alike(self, before: Ids, move: Move) -> Ids:
+        """Maps [N] of shapes that had the same map; often they have the same again, which is kept once."""
+        return self.add(move.applied(self.take(before), self._frames), self.was_given(before))
+
+    def _moved_later(self, before: Ids, move: Move) -> Ids:
+        """New ids [N] of maps that are computed later."""
+        new = self._new_ids(len(before), _UNKNOWN, self.was_given(before), WORLD)
+        self._pending.append(_Pending(int(new[0]), before, move))
+        self._num_pending += len(before) + _MOVE_AS_MAPS
+        self._compute_oldest(_MOST_PENDING)
+        return new
+
+    def _compute_oldest(self, most: int) -> None:
+        """Compute the oldest pending maps until at most so many are left."""
+        while self._num_pending > most:
+            pending = self._pending.popleft()
+            self._num_pending -= len(pending.before) + _MOVE_AS_MAPS
+            self._compute_rows(pending, np.arange(len(pending.before)))
 
     def _compute(self, ids: Ids) -> None:
-        """Compute maps [N] that are not known, after those that they are made of."""
-        steps: list[tuple[int, Ints]] = []
-        wanted: dict[int, Flags] = {}
-        latest: list[int] = []
-
-        def want(unknown: Ids) -> None:
-            for number, chunk in self._by_move(unknown):
-                if number not in wanted:
-                    wanted[number] = np.zeros(len(self._moves[number][1]), dtype=bool)
-                    heappush(latest, -number)
-                wanted[number][chunk - self._first_moved[number]] = True
-
-        want(ids)
-        while latest:
-            number = -heappop(latest)
-            shapes = np.flatnonzero(wanted.pop(number))
-            steps.append((number, shapes))
-            before = self._moves[number][1].take(shapes)
-            want(before.take(np.flatnonzero(self._row.take(before) == _UNKNOWN)))
-        for number, shapes in reversed(steps):
-            move, before = self._moves[number]
-            maps = self._rows.take(self._row.take(before.take(shapes)), axis=0)
-            self._row[shapes + self._first_moved[number]] = self._append(move.take(shapes).applied(maps, self._frames))
-
-    def _by_move(self, ids: Ids) -> Iterator[tuple[int, Ids]]:
-        """Numbers of the moves that made ids [N], and the ids of each."""
-        if len(ids) == 0:
+        """Compute the maps [N] that are pending, after those that they are made of."""
+        if not self._pending:
             return
-        low, high = (np.searchsorted(self._first_moved, (ids.min(), ids.max()), side="right") - 1).tolist()
-        if low == high:
-            yield low, ids
-            return
-        number = np.searchsorted(self._first_moved[low : high + 1], ids, side="right") - 1
-        for index, rows in enumerate(rows_of_groups(number, high - low + 1)):
+        is_wanted = np.zeros(self._used, dtype=bool)
+        is_wanted[ids] = True
+        steps: list[tuple[_Pending, Ints]] = []
+        for pending in reversed(self._pending):
+            first, before, _ = pending
+            rows = np.flatnonzero(is_wanted[first : first + len(before)] & (self._row_of(pending) == _UNKNOWN))
             if len(rows):
-                yield low + index, ids.take(rows)
+                is_wanted[before.take(rows)] = True
+                steps.append((pending, rows))
+        for pending, rows in reversed(steps):
+            self._compute_rows(pending, rows)
+
+    def _row_of(self, pending: _Pending) -> Ids:
+        """[N] rows of the maps of a move, a view."""
+        return self._row[pending.first : pending.first + len(pending.before)]
+
+    def _compute_rows(self, pending: _Pending, shapes: Ints) -> None:
+        """Compute the maps of some shapes of a move, whose maps before it are known."""
+        maps = self._rows.take(self._row.take(pending.before.take(shapes)), axis=0)
+        self._row_of(pending)[shapes] = self._append(pending.move.take(shapes).applied(maps, self._frames))
+
+
+def _are_alike(before: Ids, move: Move) -> bool:
+    """Whether all moved shapes [N] had one map, and have the same sizes and axes."""
+    return len(before) == 1 or (bool((before == before[0]).all()) and move.is_of_one_kind())
 
 
 def _with_room(column: NDArray[_Entry], used: int, needed: int) -> NDArray[_Entry]:

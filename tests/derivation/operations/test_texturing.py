@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import weakref
 
 import numpy as np
 import pytest
@@ -13,6 +14,10 @@ from grammarlab.arrays import Floats
 from grammarlab.derivation import compile_grammar
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
+from grammarlab.derivation.frames import FrameTable
+from grammarlab.derivation.state import texture_maps
+from grammarlab.derivation.state.shapes import Ids
+from grammarlab.derivation.state.texture_maps import NONE, Move, Scopes, TextureMapTable
 from grammarlab.errors import DerivationError
 from grammarlab.language.grammar import Grammar
 from tests.cases import bulk
@@ -116,7 +121,61 @@ def test_the_maps_of_moved_shapes_do_not_depend_on_when_they_are_read(axes, move
     forests = [derive(grammar, 2, 1, footprint=(12.0, 9.0)) for grammar in grammars]
     maps = [forest.texture_maps[forest.leaves.texture_map] for forest in forests]
     assert len(maps[0]) > 20
-    assert maps[0].tobytes() == maps[1].tobytes() == maps[2].tobytes()
+    # With a small budget the maps of all moves but the last are computed before.
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(texture_maps, "_MOST_PENDING", 40)
+        kept = derive(grammars[0], 2, 1, footprint=(12.0, 9.0))
+    maps.append(kept.texture_maps[kept.leaves.texture_map])
+    assert len({rows.tobytes() for rows in maps}) == 1
+
+
+def test_moves_are_applied_once_whatever_depths_are_read(monkeypatch):
+    """Of 200 shapes that are moved 1 to 200 times, each is read after its last move, while the others move on."""
+    rules = """
+        Lot --> comp(f) { all : setupProjection(0, scope.xy, 1, 1) projectUV(0) Tiles }
+        Tiles --> split(x) { { ~0.1 : t(0, 0, rand(1)) Tile(split.index) }* }
+        Tile(n) --> case n > 0 : t(0.01, 0.02, 0.03) Tile(n - 1) else : translateUV(0, 0.5, 0.5) Leaf
+    """
+    applied = Move.applied
+    sizes: list[int] = []
+
+    def counted(move: Move, maps: Floats, frames: FrameTable) -> Floats:
+        sizes.append(len(maps))
+        return applied(move, maps, frames)
+
+    monkeypatch.setattr(Move, "applied", counted)
+    assert len(derive(Grammar.parse(rules), 1, 1, footprint=(20.0, 5.0)).leaves) == 200
+    assert len(sizes) == 200
+    assert sum(sizes) == sum(range(201))
+
+
+def moves_of(number: int, count: int) -> list[Move]:
+    """Moves of unit cubes [N] between random places."""
+    places = np.random.default_rng(0).uniform(size=(2 * number, count, 3))
+    scopes = [Scopes(place.copy(), np.ones((count, 3)), np.zeros(count, dtype=np.int32)) for place in places]
+    return [Move(*pair) for pair in zip(scopes[::2], scopes[1::2], strict=True)]
+
+
+def kept_of(moves: list[Move], ids: Ids, table: TextureMapTable) -> list[bool]:
+    """Whether a table keeps the places before each move; the list is emptied."""
+    places = []
+    while moves:
+        places.append(weakref.ref(moves[0].before.position))
+        ids = table.moved(ids, moves.pop(0))
+    return [place() is not None for place in places]
+
+
+def test_what_is_kept_of_moves_is_bounded(monkeypatch):
+    """Nothing where all shapes have one map, the rows of those with a map among others, and up to a budget."""
+    monkeypatch.setattr(texture_maps, "_MOST_PENDING", 5 * (30 + 16))
+    was_given, maps = np.zeros(30, dtype=bool), np.random.default_rng(0).normal(size=(30, 2, 4))
+    table = TextureMapTable(FrameTable())
+    assert kept_of(moves_of(1, 30), table.add(maps[:1], was_given[:1]).repeat(30), table) == [False]
+    few = np.full(30, NONE, dtype=np.int32)
+    few[[7, 9]] = table.add(maps[:2], was_given[:2])
+    assert kept_of(moves_of(3, 30), few, table) == [False] * 3
+    table = TextureMapTable(FrameTable())
+    assert kept_of(moves_of(12, 30), table.add(maps, was_given), table) == [False] * 7 + [True] * 5
 
 
 def test_numbers_out_of_range_in_maps_are_no_warnings_whenever_they_are_computed():
