@@ -12,7 +12,6 @@ import numpy as np
 from grammarlab.arrays import Flags, Ints
 from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.basic_quantities import Elements
-from grammarlab.tastes.choice_lines import MAX_ANCESTORS
 from grammarlab.tastes.choice_pairs import Pairs, of_neighbours, of_three, pairs_below
 from grammarlab.tastes.choice_places import summed
 from grammarlab.tastes.quantities import MOST_COLUMNS, Block, Quantities, Recipe, as_block, blocks, nearest_pairs
@@ -51,9 +50,9 @@ def contexts(elements: Elements) -> Iterator[Block]:
     lower = np.flatnonzero(chosen)
     first = lower[nodes.following[lower] >= 0]
     yield from as_block(_contexts(elements, first, nodes.following[first], chosen, deep=False))
-    rows, above = list[Ints](), list[Ints]()
+    rows, above = [lower[:0]], [lower[:0]]
     upper = nodes.parent[lower]
-    for _ in range(MAX_ANCESTORS):
+    while (upper >= 0).any():  # a pattern of places below another one has no largest depth
         lower, upper = lower[upper >= 0], upper[upper >= 0]
         rows.append(lower)
         above.append(upper)

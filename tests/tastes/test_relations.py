@@ -9,9 +9,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
+from grammarlab.features.patterns.counts import count
+from grammarlab.language.grammar import Grammar
 from grammarlab.tastes.aggregates import aggregates
+from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.language import candidates
+from grammarlab.tastes.relations import contexts
 from tests.tastes.grammars import elements_of, forests_of
 
 
@@ -144,3 +149,18 @@ def test_aggregates_are_of_the_draws_that_a_model_uses(grammar):
     made = np.concatenate([block.values() for block in aggregates(elements)], axis=1).T
     for expected in (sum, max, min, lambda row: sum(row) / len(row), lambda row: max(row) - min(row)):
         assert any(np.allclose(column, [expected(row) for row in rows]) for column in made)
+
+
+def test_a_choice_is_counted_however_far_below_another_one_it_is():
+    grammar = Grammar.parse("""
+        Lot --> Tower
+        Tower --> 95% : Floor Tower else : Roof
+        Floor --> 50% : Red else : Blue
+        Roof --> 50% : Flat else : Gable
+    """)
+    forest = derive(grammar, 30, seed=1)
+    blocks = list(contexts(Elements.of([forest])))
+    counted = count(forest, [block.formula(index) for block in blocks for index in range(block.size)])
+    # A choice below a tower of 40 floors is counted below each of them.
+    assert counted.max() > 32 * 33 // 2
+    np.testing.assert_array_equal(np.concatenate([block.values() for block in blocks], axis=1), counted)

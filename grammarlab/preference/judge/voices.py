@@ -4,7 +4,7 @@ The order of scores is data. Two hypotheses divide them between two voices, each
 scores have another one than the earlier ones, or turns of a few scores have one and the other in turn. They are judged
 like any explanation (`grammarlab.preference.judge.judge`): the total of two trees, one for each voice, less the price
 of the division, against the total of the best tree of all scores. The price is log 2 for the kind of division, log n
-for the place of a change or the length of turns, and the log of prior odds: most persons agree
+for the place of a change or the log of the number of lengths of turns, and the log of prior odds: most persons agree
 with themselves.
 
 A file may be sorted by score or by a column of designs, which is no disagreement. So scores of a sorted file are those
@@ -34,6 +34,8 @@ from grammarlab.preference.person import START_PERSONS, Person
 
 Kind = Literal["change", "turns"]
 
+_MAX_TURN = 64
+"""Largest number of scores of a turn: every length is compared, and longer turns are few."""
 _LEVEL_SHARE = 0.5
 """Share of the gain by levels of scores that does not count."""
 
@@ -61,7 +63,9 @@ class Division:
     @property
     def price(self) -> float:
         """Description length, with the prior odds, in nats."""
-        return float(np.log(2.0) + np.log(len(self.is_second)) + np.log(ODDS_OF_SIMPLER))
+        num = len(self.is_second)
+        places = num if self.kind == "change" else len(_lengths(num))
+        return float(np.log(2.0) + np.log(places) + np.log(ODDS_OF_SIMPLER))
 
     @property
     def voices(self) -> tuple[Ints, Ints]:
@@ -118,7 +122,12 @@ def _divisions(num: int) -> Iterator[Division]:
     if num >= 2 * MIN_PART:
         places = np.unique(np.linspace(MIN_PART, num - MIN_PART, MANY).round().astype(np.int64))
         yield from (Division.at(place, num) for place in places.tolist())
-        yield from (Division.by_turns(length, num) for length in range(1, min((num - MIN_PART) // 2, MANY) + 1))
+        yield from (Division.by_turns(length, num) for length in _lengths(num))
+
+
+def _lengths(num: int) -> range:
+    """Possible lengths of turns of n scores: after one turn of each voice, enough scores remain."""
+    return range(1, min((num - MIN_PART) // 2, _MAX_TURN) + 1)
 
 
 def _worth(columns: Floats, prices: Floats, scores: Floats, divisions: Sequence[Division]) -> Floats:

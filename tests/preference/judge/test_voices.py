@@ -9,6 +9,7 @@ from grammarlab.preference.growth.tree_growth import TreeGrowth
 from grammarlab.preference.judge.labelled_columns import Labels
 from grammarlab.preference.judge.voices import (
     Division,
+    _divisions,
     _explained,
     _predicted,
     two_voices,
@@ -60,11 +61,11 @@ def test_a_change_of_taste_is_found_where_it_is(error):
     assert abs(found.division.number - 60) <= 3
 
 
-@pytest.mark.parametrize("length", [1, 3])
-def test_two_people_who_take_turns_are_found(length):
-    columns = columns_of(96, seed=2)
+@pytest.mark.parametrize(("length", "num"), [(1, 96), (3, 96), (32, 192), (60, 192)])
+def test_two_people_who_take_turns_are_found(length, num):
+    columns = columns_of(num, seed=2)
     first, second = (scores_of(columns, taste, "sd10", seed=2) for taste in (0, 1))
-    is_second = np.arange(96) // length % 2 == 1
+    is_second = np.arange(num) // length % 2 == 1
     found = two_voices(columns, prices(), np.where(is_second, second, first))
     assert found is not None
     assert (found.division.kind, found.division.number) == ("turns", length)
@@ -107,14 +108,14 @@ def test_few_scores_and_equal_ones_are_of_one_person(num):
     assert two_voices(columns[:, :0], prices()[:0], np.linspace(0.0, 100.0, num)) is None
 
 
-def test_prices_are_logs_of_probabilities():
-    num = 40
-    changes, turns = (
-        [Division.at(place, num) for place in range(num)],
-        [Division.by_turns(n + 1, num) for n in range(num)],
-    )
-    chances = sum(np.exp(-division.price) for division in changes + turns)
-    assert chances == pytest.approx(1.0 / ODDS_OF_SIMPLER)
+@pytest.mark.parametrize("num", [16, 40, 400])
+def test_prices_are_logs_of_probabilities(num):
+    """Those of all places of a change, and of the lengths of turns that are offered, have half of them each."""
+    changes = [Division.at(place, num) for place in range(num)]
+    turns = [division for division in _divisions(num) if division.kind == "turns"]
+    for divisions in (changes, turns):
+        chances = sum(np.exp(-division.price) for division in divisions)
+        assert chances == pytest.approx(0.5 / ODDS_OF_SIMPLER)
 
 
 def test_two_voices_are_two_explanations_less_the_price():
