@@ -38,12 +38,11 @@ WORSE = 1.05
 """Ratio to the first divergence above which learning did harm."""
 
 EXPLAINED = """
-A taste is learned here when a tenth of the divergence between the grammar and the taste is left. Lines are medians over
-tastes, bands their middle halves; one simulated person each, default questions in rounds of eight. The learner has been
-developed against these tastes; [Results](results.md) and [Earlier scenarios](once.md) have others.
-The numbers of this page come from Python 3.12 with newer releases of JAX and NumPy than `constraints.txt` names, so a
-run of the command below may differ in single tastes. They are from before few scores had to prove more: for the change
-see [Theory](../learning/theory.md#measured).
+A taste is learned here from the number of scores on after which never more than a tenth of the divergence between the
+grammar and the taste is left. Lines are medians over tastes, bands their middle halves; one simulated person each,
+default questions in rounds of eight. The learner has been developed against these tastes;
+[Ten fresh tastes](fresh.md) were not seen before they were measured, and [Results](results.md) and
+[Earlier scenarios](once.md) have others.
 
 Divergences in nats; *harmed*: tastes for which the learned density after 24 scores is farther than 1.05 times that of
 the grammar as it was.
@@ -61,9 +60,9 @@ def divergence(record: CurveRecord, scores: int) -> float:
 
 
 def needed(record: CurveRecord) -> float:
-    """Number of scores after which at most a tenth of the first divergence is left; infinite if it never is."""
-    reached = [point.labels for point in record.curve.points if point.js <= TENTH * record.js_original]
-    return reached[0] if reached else float("inf")
+    """Number of scores from which at most a tenth of the first divergence is left; infinite if more is at the end."""
+    stays = record.curve.labels_until_below(TENTH * record.js_original)
+    return float("inf") if stays is None else stays
 
 
 def sentence(person: str, records: Sequence[CurveRecord]) -> str:
