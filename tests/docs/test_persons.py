@@ -12,9 +12,10 @@ def record(scenario: str, person: str, *divergences: float) -> CurveRecord:
     return CurveRecord(f"{scenario} {person}", scenario, "default", 0, 128, 0.5, Curve(points), person)
 
 
-def test_a_taste_is_learned_when_a_tenth_is_left():
-    good, bad = record("a", "exact", 0.5, 0.2, 0.05, 0.06), record("b", "exact", 0.5, 0.6, 0.6)
-    assert (needed(good), needed(bad)) == (24, math.inf)
+def test_a_taste_is_learned_from_where_no_more_than_a_tenth_is_left():
+    good, bad = record("a", "exact", 0.5, 0.2, 0.05, 0.04), record("b", "exact", 0.5, 0.6, 0.6)
+    lost = record("c", "exact", 0.5, 0.01, 0.6, 0.04)
+    assert (needed(good), needed(lost), needed(bad)) == (24, 32, math.inf)
     assert (divergence(good, 24), divergence(good, 31), left(bad, 16)) == (0.05, 0.05, 1.2)
     assert row("exact", [good, bad]).endswith("| 0.6000 (b) | 1 of 2 |")
 
