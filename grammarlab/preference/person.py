@@ -31,7 +31,7 @@ from numpy.polynomial.hermite_e import hermegauss
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from grammarlab.arrays import NUM_LEVELS, Floats, Ints
+from grammarlab.arrays import Floats, Ints, distinct_rows
 from grammarlab.preference.base import MAX_SCORE, SCORE_STEP
 from grammarlab.preference.labels import SCORES, Kind
 
@@ -64,6 +64,8 @@ TIE_DIFFERENCE = 5.0
 """Difference in points below which a person who uses ties calls two models equal."""
 _MIN_LIKELIHOOD = 1e-12
 """Smallest likelihood of a score, for any noise."""
+_NUM_NODES = 15
+"""Number of nodes of means over a normal distribution, odd, so that one is at the mean. More are only slower."""
 
 Singles = NDArray[np.float32]
 
@@ -118,6 +120,10 @@ class Intervals:
     def take(self, selection: Ints | NDArray[np.bool_]) -> Intervals:
         """Selected intervals."""
         return Intervals(*(column[selection] for column in self._columns()))
+
+    def different(self) -> tuple[Ints, Ints]:
+        """Index [K] of the first of each different interval, ascending, and the number [n] of each."""
+        return distinct_rows(*self._columns())
 
     def deviation(self, noise: float) -> Floats:
         """[n] standard deviation of labels around the value."""
@@ -230,7 +236,7 @@ def value_of(scores: Floats, noise: float, blunders: float) -> Floats:
 
 def mean_value(means: Floats, sds: Floats, noise: float, blunders: float = 0.0) -> Floats:
     """[m] mean of values whose mean score is normal, with given means [m] and standard deviations [m]."""
-    nodes, masses = hermegauss(NUM_LEVELS)
+    nodes, masses = hermegauss(_NUM_NODES)
     return masses @ value_of(means + nodes[:, None] * sds, noise, blunders) / masses.sum()
 
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammarlab.arrays import Floats, Ints
-from grammarlab.preference.person import PERSONS, Intervals, Person, log_likelihood
+from grammarlab.preference.person import PERSONS, Intervals, Person, intervals_of, log_likelihood
 
 NUM_FOLDS = 8
 """Number of parts of the scores, each held out once."""
@@ -62,15 +62,21 @@ def unexplained(
         grid: [G] possible values, in points.
         persons: candidates.
     """
-    likelihoods = np.stack([np.exp(log_likelihood(labels, grid, *person).astype(np.float64)) for person in persons])
-    training = (fold != np.arange(fold.max() + 1)[:, None]).astype(np.float64)
-    distributions = distribution(likelihoods, training)
-    predicted = np.einsum("eng,eng->en", distributions[:, fold], likelihoods)
-    log_evidence = np.log(predicted).sum(axis=1) - np.array([person.price for person in persons])
+    intervals = labels if isinstance(labels, Intervals) else intervals_of(labels)
+    # There are few different scores, however many are given.
+    first, kind = intervals.different()
+    different = intervals.take(first)
+    likelihoods = np.stack([np.exp(log_likelihood(different, grid, *person).astype(np.float64)) for person in persons])
+    num_folds = int(fold.max()) + 1
+    number = np.bincount(fold * len(first) + kind, minlength=num_folds * len(first)).reshape(num_folds, len(first))
+    times = number.sum(axis=0).astype(np.float64)
+    distributions = distribution(likelihoods, times - number)
+    predicted = distributions @ np.swapaxes(likelihoods, 1, 2)
+    log_evidence = (number * np.log(predicted)).sum(axis=(1, 2)) - np.array([person.price for person in persons])
     best = int(np.argmax(log_evidence))
-    probabilities = distribution(likelihoods[best], np.ones((1, len(fold))))[0]
-    joint = probabilities * np.exp(log_likelihood(labels, grid, persons[best].noise, 0.0))
-    level = float((joint @ grid / joint.sum(axis=1)).mean())
+    probabilities = distribution(likelihoods[best], times[None])[0]
+    joint = probabilities * np.exp(log_likelihood(different, grid, persons[best].noise, 0.0))
+    level = float(np.average(joint @ grid / joint.sum(axis=1), weights=times))
     return Unexplained(
         grid=grid,
         probabilities=probabilities,

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from grammarlab.preference.person import expected_score, log_likelihood, value_of
+from grammarlab.preference.person import expected_score, log_likelihood, mean_value, value_of
 
 ERRING = [(0.5, 0.0), (3.0, 0.1), (10.0, 0.002), (28.0, 0.25)]
 
@@ -48,3 +48,12 @@ def test_the_mean_score_is_that_of_clipped_noise(noise, blunders, value):
 def test_the_value_of_a_mean_score_is_the_one_it_is_the_mean_of(noise, blunders):
     values = np.linspace(0.0, 100.0, 41)
     np.testing.assert_allclose(value_of(expected_score(values, noise, blunders), noise, blunders), values, atol=0.05)
+
+
+@pytest.mark.parametrize("noise", [5.0, 10.0, 20.0])
+def test_the_mean_value_is_that_of_a_normal_mean_score(noise):
+    means, sds = (grid.ravel() for grid in np.meshgrid(np.linspace(0.0, 100.0, 21), [1.0, 5.0, 10.0, 20.0]))
+    points = np.linspace(-8.0, 8.0, 4_001)
+    masses = norm.pdf(points) / norm.pdf(points).sum()
+    expected = masses @ value_of(means + points[:, None] * sds, noise, 0.0)
+    assert np.abs(mean_value(means, sds, noise) - expected).mean() < 0.08

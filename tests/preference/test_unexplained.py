@@ -73,6 +73,21 @@ def test_the_evidence_is_that_of_held_out_scores_under_the_best_error():
     np.testing.assert_allclose(found.held_out[2], distribution(likelihoods[fold != 2], np.ones((1, 15)))[0], atol=1e-5)
 
 
+def test_equal_scores_are_scores_of_their_own():
+    """Each of 40 scores of six values, in a batch of one row each, as `distribution` counts them."""
+    scores = np.random.default_rng(4).choice([0.0, 20.0, 20.5, 60.0, 99.5, 100.0], 40)
+    fold, person = np.arange(40) % 8, PERSONS[20]
+    found = unexplained(scores, fold, GRID, [person])
+    likelihoods = likelihoods_of(scores, *person)
+    held_out = distribution(likelihoods, (fold != np.arange(8)[:, None]).astype(float))
+    evidence = np.log((held_out[fold] * likelihoods).sum(axis=1)).sum() - person.price
+    np.testing.assert_allclose(found.held_out, held_out, atol=1e-5)
+    assert found.log_evidence == pytest.approx(evidence, abs=1e-3)
+    again = unexplained(np.append(scores, scores), np.append(fold, fold), GRID, [person])
+    twice = distribution(likelihoods, 2.0 * (fold != np.arange(8)[:, None]))
+    np.testing.assert_allclose(again.held_out, twice, atol=1e-5)
+
+
 def test_a_single_value_explains_less_than_a_distribution():
     scores = np.tile([0.0, 60.0], 20)
     single = max(np.log(likelihoods_of(scores, noise, blunders)).sum(axis=0).max() for noise, blunders in PERSONS)

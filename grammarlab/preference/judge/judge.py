@@ -4,7 +4,8 @@ An explanation is a tree or a line, with the errors of the person. Its total is 
 description length of the explanation, in nats. The composed columns of the best explanation are accepted if its total
 exceeds that of the best explanation of known columns, and that of one distribution of values, whatever the columns say
 (`grammarlab.preference.unexplained`); nothing else decides. Without this rival a division of 24 noisy scores into good
-and bad ones would be proven by saying what scores there are: a tree of one leaf has to learn that first.
+and bad ones would be proven by saying what scores there are: a tree of one leaf has to learn that first. Its total is
+the log-likelihood of scores that are held out in turn, unlike the evidence of trees and lines.
 """
 
 from __future__ import annotations
