@@ -431,9 +431,9 @@ def _uniform(situation: Situation, num: int, randomness: np.random.Generator) ->
     weights = weights if learned is None or not learned.any() else learned
     scaled = rows[:, weights > 0.0] * np.sqrt(weights[weights > 0.0])
     chosen = np.empty(num, dtype=np.int64)
-    nearest = np.full(len(rows), np.inf)
-    for model in situation.scored.tolist():
-        nearest = np.minimum(nearest, squared_distances(scaled, scaled[[model]])[:, 0])
+    nearest, scored = np.empty(len(rows)), scaled[situation.scored]
+    for block in (slice(start, start + BATCH) for start in range(0, len(rows), BATCH)):
+        nearest[block] = squared_distances(scaled[block], scored).min(axis=1, initial=np.inf)
     # Equal distances are common among counts; the seed decides between them.
     order = randomness.permutation(len(rows))
     is_open = _is_unscored(situation)

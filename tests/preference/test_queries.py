@@ -9,6 +9,7 @@ from grammarlab.errors import UsageError
 from grammarlab.preference import blended, queries
 from grammarlab.preference.base import LIKED_SHARE
 from grammarlab.preference.liked import FEW_LIKED, MIN_SCORED, RARE_SHARE, liked_are_rare
+from grammarlab.preference.processes.posterior import squared_distances
 from grammarlab.preference.queries import WAYS, Situation, propose
 from tests.cases import some, takes_turns
 from tests.preference.processes.test_grouped import GROUPS, styled_rows
@@ -82,6 +83,22 @@ def test_uniform_takes_the_farthest_model_each_time():
         squared = ((known.pool[:, None] - known.pool[near]) ** 2 @ weights).min(axis=1)
         assert squared[index] == pytest.approx(squared.max())
         near.append(index)
+
+
+def test_uniform_compares_a_block_of_models_with_all_scored_ones_at_once(monkeypatch):
+    known, sizes = situation(), []
+
+    def noted(rows, others):
+        sizes.append((len(rows), len(others)))
+        return squared_distances(rows, others)
+
+    monkeypatch.setattr(queries, "squared_distances", noted)
+    whole = propose("uniform", known, 8, seed=0)
+    assert sizes == [(80, 20), *[(80, 1)] * 8]
+    sizes.clear()
+    monkeypatch.setattr(queries, "BATCH", 32)
+    np.testing.assert_array_equal(propose("uniform", known, 8, seed=0), whole)
+    assert sizes[:3] == [(32, 20), (32, 20), (16, 20)]
 
 
 def test_density_shows_one_half_liked_and_one_half_disliked():

@@ -21,6 +21,8 @@ POINTS = 15.0
 """Standard deviation of the points per standard deviation of a column, before any score."""
 SOFTNESS = 0.2
 """Standard deviation of the normal numbers that are added to sums, in points."""
+WIDE = 20.0
+"""The same at the beginning of a search, which then has slopes everywhere."""
 LEAST_SLOPE = 0.15
 """Smallest slope of a value by its sum, for how certain points are: scores of sums beyond an end bind these from one
 side."""
@@ -49,7 +51,9 @@ class FittedLine:
         return design @ self.points, np.einsum("mk,mk->m", away, away)
 
 
-def fitted(table: Floats, terms: tuple[int, ...], scores: LineScores, start: Floats) -> FittedLine:
+def fitted(
+    table: Floats, terms: tuple[int, ...], scores: LineScores, start: Floats, *, wide: bool = False
+) -> FittedLine:
     """The most likely points of some columns.
 
     Args:
@@ -57,12 +61,14 @@ def fitted(table: Floats, terms: tuple[int, ...], scores: LineScores, start: Flo
         terms: the columns.
         scores: the n scores.
         start: [k + 1] points that the search starts with.
+        wide: whether to start with slopes everywhere, for points that are not near the best ones yet.
     """
-    design = with_ones(table[:, list(terms)])
+    design, points = with_ones(table[:, list(terms)]), start
     prior, middle = prior_precision(len(terms)), np.zeros(len(terms) + 1)
     # Points of the mean design are normal around the middle, with a standard deviation as large as that.
     middle[0] = MAX_SCORE / 2.0
-    points = climbed(partial(_height, design, scores, prior, middle), start)
+    for softness in (WIDE, SOFTNESS) if wide else (SOFTNESS,):
+        points = climbed(partial(_height, design, scores, prior, middle, softness), points)
     slopes = scores.slopes(design @ points, SOFTNESS, LEAST_SLOPE)
     precision = (design.T * slopes.curvature) @ design + np.diag(prior)
     evidence = slopes.log_likelihood - 0.5 * prior @ (points - middle) ** 2
@@ -70,9 +76,11 @@ def fitted(table: Floats, terms: tuple[int, ...], scores: LineScores, start: Flo
     return FittedLine(terms, points, precision, float(evidence), scores)
 
 
-def _height(design: Floats, scores: LineScores, prior: Floats, middle: Floats, points: Floats) -> Height:
+def _height(
+    design: Floats, scores: LineScores, prior: Floats, middle: Floats, softness: float, points: Floats
+) -> Height:
     """Log-posterior of points."""
-    slopes, away = scores.slopes(design @ points, SOFTNESS), points - middle
+    slopes, away = scores.slopes(design @ points, softness), points - middle
     return Height(
         slopes.log_likelihood - 0.5 * float(prior @ away**2),
         design.T @ slopes.first - prior * away,

@@ -65,10 +65,10 @@ class LineSearch:
 
     def _grow(self, scores: LineScores) -> None:
         middle = np.clip([self.scores.mean()], 1.0, MAX_SCORE - 1.0)
-        line = self._try((), scores, middle)
+        line = self._try((), scores, middle, wide=True)
         highest, patience = self.total(line), FEW
         while patience and len(following := self._following(line, 1)):
-            line = self._try((*line.terms, int(following[0])), scores, np.append(line.points, 0.0))
+            line = self._try((*line.terms, int(following[0])), scores, np.append(line.points, 0.0), wide=True)
             patience = FEW if self.total(line) > highest else patience - 1
             highest = max(highest, self.total(line))
 
@@ -92,9 +92,9 @@ class LineSearch:
                 if column not in line.terms:
                     self._try((*fewer.terms, column), line.scores, np.append(fewer.points, 0.0))
 
-    def _try(self, terms: tuple[int, ...], scores: LineScores, start: Floats) -> FittedLine:
+    def _try(self, terms: tuple[int, ...], scores: LineScores, start: Floats, *, wide: bool = False) -> FittedLine:
         key = tuple(sorted(terms)), scores.person
-        line = fitted(self.table, terms, scores, start)
+        line = fitted(self.table, terms, scores, start, wide=wide)
         if key not in self.tried or line.log_evidence > self.tried[key].log_evidence:
             self.tried[key] = line
         return line

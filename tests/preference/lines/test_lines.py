@@ -63,7 +63,7 @@ def test_the_evidence_of_columns_is_an_integral_over_points():
     both = np.array(likelihood) + prior
     cell = (middles[1] - middles[0]) * (points[1] - points[0])
     expected = both.max() + np.log(np.exp(both - both.max()).sum() * cell)
-    line = fitted(table, (0,), scores, np.array([50.0, 0.0]))
+    line = fitted(table, (0,), scores, np.array([50.0, 0.0]), wide=True)
     assert line.log_evidence == pytest.approx(expected, abs=0.1)
     posterior = np.exp(both - both.max())
     posterior /= posterior.sum()
@@ -95,8 +95,23 @@ def test_the_best_of_all_small_lines_is_found():
     search.run()
     person = search.best.scores
     sets = [tuple(np.flatnonzero([number >> bit & 1 for bit in range(7)]).tolist()) for number in range(128)]
-    every = [fitted(search.table, terms, person, np.append(30.0, np.zeros(len(terms)))) for terms in sets]
+    every = [fitted(search.table, terms, person, np.append(30.0, np.zeros(len(terms))), wide=True) for terms in sets]
     assert set(search.best.terms) == set(max(every, key=search.total).terms) == {1, 4}
+
+
+@pytest.mark.parametrize(("num", "seed"), [(48, 5042), (48, 5054), (96, 5012)])
+def test_exact_scores_far_from_the_middle_have_the_line_that_they_were_made_of(num, seed):
+    rows = np.random.default_rng(seed).integers(0, 3, (num, 8)).astype(float)
+    distinct = Distinct.of(rows)
+    # Many sums are beyond an end, where a score says hardly anything about points that are near to wrong ones.
+    truth = np.array([(10.0, 50.0, 90.0)[(seed - 5000) % 3], 40.0, -25.0])
+    scores = np.clip(truth[0] + distinct.table(rows)[:, :2] @ truth[1:], 0.0, 100.0).round()
+    search = LineSearch(distinct.table(rows), np.full(8, 3.0), scores)
+    search.run()
+    made_of = fitted(search.table, (0, 1), search.best.scores, truth)
+    assert set(search.best.terms) == {0, 1}
+    # The likelihood of an exact score has bends, where steps end.
+    assert search.total(search.best) > search.total(made_of) - 1.0
 
 
 def test_predictions_are_means_over_lines_and_say_how_sure_they_are():
