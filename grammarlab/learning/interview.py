@@ -19,7 +19,6 @@ from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import State, Study, init, step
 from grammarlab.learning.stopping import remaining_divergence, some_designs
-from grammarlab.learning.targets.simplification import NEGLIGIBLE_JS
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.factors import ProductPreference
 from grammarlab.randomness import derived_seed
@@ -31,6 +30,8 @@ MIN_SCORES = 24
 """Number of scores of every factor before one is preferred."""
 MIN_TURN_SHARE = 0.5
 """Least share of the scores that a factor would get in turn, since a learner that is sure may be wrong."""
+_GAIN_TOLERANCE = 1e-3
+"""Gain in nats below which gains are equal."""
 
 
 def interview(
@@ -90,7 +91,7 @@ def next_factor(study: Study[Designs], state: State, factors: Sequence[str], num
     # A person may have compared or scored more models than the pool has.
     unfinished = [index for index, number in enumerate(num_scores) if number < len(study.pool)]
     return min(
-        unfinished or range(len(factors)), key=lambda index: (-max(gains[index], NEGLIGIBLE_JS), num_scores[index])
+        unfinished or range(len(factors)), key=lambda index: (-max(gains[index], _GAIN_TOLERANCE), num_scores[index])
     )
 
 

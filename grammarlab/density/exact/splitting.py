@@ -38,8 +38,8 @@ PLAIN = -1
 """Marks the original symbol, instead of a variant."""
 _DIGITS = 44
 """Binary digits that equal weights share: relative 6e-14."""
-MAX_COMPONENTS = 128
-"""Largest number of branches of a start rule: what attributes decide, or components of a mixture at the start."""
+_MAX_COMPONENTS = 200
+"""Largest number of branches of the start rule that depend on attributes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +144,7 @@ class _Build:
         drawn = [attribute.counts[index] for attribute, index in zip(attributes, combinations, strict=False)]
         none = np.zeros((combinations.shape[1], 0), dtype=np.int64)
         values = preference(totals[combinations[-1]], np.concatenate([none, *drawn], axis=1))
-        products = _decompose(_side_by_side([*sizes, len(totals)]), values, MAX_COMPONENTS)
+        products = _decompose(_side_by_side([*sizes, len(totals)]), values, _MAX_COMPONENTS)
         return [
             Component(product.weight, product.futures[:-1], self._variant(self.tree.start, product.futures[-1]))
             for product in products

@@ -24,15 +24,16 @@ from scipy.sparse.csgraph import connected_components
 from scipy.special import expit, gammaln, xlogy
 
 from grammarlab.arrays import FEW, NUM_LEVELS, SEVERAL, Flags, Floats, Ints
-from grammarlab.density.exact.splitting import MAX_COMPONENTS
 from grammarlab.density.samples.levels import ProbabilityPrior, Shrinkage, averaged
 from grammarlab.density.samples.mixture import Cells, Mixture, dense, fit_mixture, merged
-from grammarlab.density.samples.sampled import MIN_GAIN, Sample, chosen_components, kinds
+from grammarlab.density.samples.sampled import MAX_COMPONENTS, Sample, chosen_components, kinds
 
 _MIN_DEVIATION = 5.0
 """Smallest deviation of dependent choices, in standard deviations."""
 _NUM_RANGES = 4
 """Number of ranges of a drawn number that is a gate."""
+_MIN_GAIN = 2.0
+"""Gain in nats beyond their prior that guessed groups need, since they are the best of many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -317,7 +318,7 @@ class _GateSearch:
                 gain[choice] = 0.0
                 gains[i] = gain.sum()
             else:
-                gains[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0)) - MIN_GAIN
+                gains[i] = gain.sum() + float(gammaln(mass).sum() - gammaln(mass.sum() + 1.0)) - _MIN_GAIN
         return gains + self.prior
 
     def _mixed(self, apart: Floats) -> Floats:

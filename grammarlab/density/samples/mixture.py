@@ -80,7 +80,9 @@ class MixtureFit:
     """Mean log of the density divided by the original density, in nats, before each step and after the last."""
 
 
-def fit_mixture(cells: Cells, counts: sparse.csr_array, weights: Floats, component: Ints) -> MixtureFit:
+def fit_mixture(
+    cells: Cells, counts: sparse.csr_array, weights: Floats, component: Ints, tolerance: float = _TOLERANCE
+) -> MixtureFit:
     """The mixture of grammars that EM finds for a sample.
 
     Args:
@@ -88,6 +90,7 @@ def fit_mixture(cells: Cells, counts: sparse.csr_array, weights: Floats, compone
         counts: [N, A] how often each derivation took each cell.
         weights: [N] how much each derivation counts, >= 0 and not all 0.
         component: [N] the component to begin with, 0 <= component < N.
+        tolerance: smallest gain in mean log-likelihood of a step, in nats, before the fit ends.
 
     Raises:
         GrammarlabError: If all weights are 0.
@@ -107,7 +110,7 @@ def fit_mixture(cells: Cells, counts: sparse.csr_array, weights: Floats, compone
         total = responsibilities.sum(axis=1)
         log_likelihoods.append(float(weights @ (np.log(total) + highest) / weights.sum()))
         if len(mixture.weights) == 1 or (
-            len(log_likelihoods) > 1 and log_likelihoods[-1] - log_likelihoods[-2] < _TOLERANCE
+            len(log_likelihoods) > 1 and log_likelihoods[-1] - log_likelihoods[-2] < tolerance
         ):
             break
         # Eq. 4.10

@@ -30,7 +30,6 @@ from grammarlab.density.exact.contexts import Contexts, NoContext, OpenPatterns,
 from grammarlab.density.exact.grammar_text import Origin, write
 from grammarlab.density.exact.inside import InsideWeights
 from grammarlab.density.exact.learned import LearnedGrammar
-from grammarlab.density.exact.splitting import MAX_COMPONENTS
 from grammarlab.density.grammar_skeleton import TreeGrammar
 from grammarlab.density.rounding import EXACT
 from grammarlab.density.samples.choices import Choices, relevant_choices
@@ -59,10 +58,14 @@ Method: TypeAlias = Literal["parameters", "structure", "tied"]
 Header = Callable[[str], Sequence[str]]
 """Function from the name of a method to the comment lines at the top of a file."""
 METHODS: tuple[Method, ...] = get_args(Method)
-MIN_GAIN = 2.0
-"""Gain in nats that further components or guessed groups need beyond chance, since they are the best of many."""
 NUM_SAMPLES = 5_000
 """Default number of models to learn from, as in the paper."""
+MAX_COMPONENTS = 128
+"""Largest number of components at the start."""
+_EM_TOLERANCE = 1e-4
+"""Tolerance of EM, in nats, when mixtures are only compared."""
+_MIN_GAIN = 1.0
+"""Smallest gain of another component in nats, over all held-out models."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,7 +183,7 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
     for labels in chain.from_iterable(paths):
         if not _is_candidate(int(labels.max()) + 1):
             continue
-        fit = fit_mixture(cells, counts, weights, labels)
+        fit = fit_mixture(cells, counts, weights, labels, _EM_TOLERANCE)
         mixture = _smoothed(cells, fit.mixture, float(weights.sum()))
         log_joint = mixture.log_ratios(cells, sample.counts)
         explained = sample.weights[is_held_out] * np.logaddexp.reduce(log_joint[is_held_out], axis=1)
@@ -188,7 +191,7 @@ def chosen_components(cells: Cells, sample: Sample, clusters: Sequence[Ints]) ->
     best = max(candidates, key=lambda candidate: float(candidate[1].sum()))[1]
     # One-standard-error rule: smaller differences may be chance.
     near = [
-        candidate for candidate in candidates if (best - candidate[1]).sum() <= _spread(best - candidate[1]) + MIN_GAIN
+        candidate for candidate in candidates if (best - candidate[1]).sum() <= _spread(best - candidate[1]) + _MIN_GAIN
     ]
     return min(near, key=lambda candidate: (candidate[0], -float(candidate[1].sum())))[2]
 

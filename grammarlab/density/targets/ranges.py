@@ -19,7 +19,6 @@ from grammarlab.arrays import Floats
 from grammarlab.density.exact.attributes import drawn_range
 from grammarlab.density.exact.compile import Preference
 from grammarlab.density.exact.readings import Read
-from grammarlab.density.exact.splitting import MAX_WAYS
 from grammarlab.errors import InexactError
 from grammarlab.features.patterns.pattern import Draw, Threshold
 from grammarlab.language.grammar import Grammar
@@ -27,6 +26,8 @@ from grammarlab.language.syntax.syntax_tree import Stochastic, alternatives
 
 _NUM_POINTS = 128
 """Number of points in each box for the mean of a preference."""
+_MAX_BOXES = 40_000
+"""Largest number of combinations of ranges."""
 
 
 def range_ends(grammar: Grammar, name: str) -> tuple[float, ...]:
@@ -93,7 +94,7 @@ def with_ranges(
         first, *_, last = range_ends(grammar, name)
         edges = np.array([first, *(threshold.bound for threshold in cuts), last])
         axes.append(_AttributeRanges(edges, [new_reads.index(threshold) for threshold in cuts], False))
-    if prod(len(axis.edges) - 1 for axis in axes) > MAX_WAYS:
+    if prod(len(axis.edges) - 1 for axis in axes) > _MAX_BOXES:
         raise InexactError(f"{len(names)} drawn numbers have too many combinations of {number} ranges")
     return tuple(new_reads), _Means(tuple(reads), tuple(new_reads), preference, names, tuple(axes))
 

@@ -16,7 +16,7 @@ from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 
-from grammarlab.arrays import BATCH, Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.exact.splitting import Base
 from grammarlab.density.sampler import AbstractSampler
@@ -40,6 +40,8 @@ _PILOT_PROPOSALS = 200_000
 """Largest number of models of a pilot run: 400 accepted ones for a preference that likes one model in 500."""
 _LANE = int.from_bytes(b"REJECT")
 """Separates the draws that accept models from those that made them."""
+_FIRST_CHUNK = 256
+"""Number of models proposed at first, which shows how many are accepted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,7 +249,7 @@ def thin(
     most = least if bound is None else bound
     proposals = accepted = 0
     total = cut = 0.0
-    size = min(BATCH, chunk)
+    size = min(_FIRST_CHUNK, chunk)
     while accepted < num_models and proposals < most_proposals:
         size = min(size, most_proposals - proposals)
         models = propose(proposals, size)
@@ -266,7 +268,7 @@ def thin(
         cut += float(np.maximum(weights - most, 0.0).sum())
         on_progress("models drawn", min(accepted, num_models), num_models)
         num_proposals = (num_models - accepted) * 1.1 / max(accepted / proposals, 1e-9)
-        size = int(min(chunk, max(BATCH, num_proposals)))
+        size = int(min(chunk, max(_FIRST_CHUNK, num_proposals)))
     if not accepted:
         raise GrammarlabError(
             f"none of {proposals:,} models was accepted: liked models are too rare for rejection. "

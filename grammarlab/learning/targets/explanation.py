@@ -45,7 +45,7 @@ from grammarlab.learning.designs.contrasts import choice_of
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.targets.divergence import agreement
 from grammarlab.learning.targets.statements import IS, IS_NOT, OF_THESE, Statement, all_of, all_shown, any_of, shown
-from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, MIN_PART, NEGLIGIBLE_SHARE, SCORE_STEP
+from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, NEGLIGIBLE_SHARE, SCORE_STEP
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
 
 MAX_PARTS = 6
@@ -57,6 +57,8 @@ _MAX_BESIDE_SUM = 0.05
 """Largest share of the variance of scores that a sum of parts does not explain, for a description as a sum."""
 _MIN_POINTS = 3.0
 """Smallest number of points of a described part, and by which kinds differ."""
+_MAX_RARITY = 400
+"""Smallest share of designs of a kind: one in 400."""
 _NO_CHOICE = re.compile(r"^(any|number of) | then ")
 """What names of choices of one symbol do not have."""
 _STATEMENT_STARTS, _STATEMENT_ENDS = (
@@ -166,7 +168,7 @@ def _small_tree(rows: Floats, scores: Floats, weights: Floats, names: _ColumnWor
         if near and is_last:
             break  # what is said of places inside others is harder to read than one more condition
         columns = names.order[is_candidate[names.order]]
-        tree = grow(rows, scores, weights, columns, SEVERAL, MIN_PART)
+        tree = grow(rows, scores, weights, columns, SEVERAL, len(rows) // _MAX_RARITY)
         for size in range(1, min(len(tree), near[0][0] if near else len(tree)) + 1):
             leaf = leaves_of(tree[:size], rows)
             unexplained = agreement(scores, means_of(leaf, size + 1, scores, weights)[leaf], weights).js

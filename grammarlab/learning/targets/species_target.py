@@ -39,7 +39,6 @@ from grammarlab.learning.targets.simplification import (
 from grammarlab.learning.targets.target_density import MAX_LEAVES
 from grammarlab.learning.targets.tree_conditions import rule_text
 from grammarlab.learning.targets.writers import AbstractTargetWriter, LearnedDensity, Making, judged
-from grammarlab.preference.base import NEGLIGIBLE_SHARE
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.growth.splits import Value
 from grammarlab.preference.held_out_share import NUM_FOLDS
@@ -58,6 +57,8 @@ _MAX_KINDS = 16
 _MAX_KINDS_JS = 0.01
 """Largest divergence in nats from the predictions for kinds without a rule: they may use a measure where a parameter
 says nearly the same, and a file that rejects no tree is worth more than the difference."""
+_MAX_LOST = 0.02
+"""Largest share of the liked designs outside of the kinds, on designs that these were not chosen by."""
 _MIN_RATE_GAIN = 1.15
 """Smallest factor of the acceptance rate by which a further kind pays."""
 _NUM_DIGITS = 4
@@ -304,7 +305,7 @@ def _region(pool: _Pool, values: Floats, most: int) -> SimplifiedPreference:
             tree[:size], (np.bincount(leaf, liked[~is_held_out], size + 1) > 0.0).astype(np.float64)
         )
         lost = 1.0 - float(lost_weights @ region(pool.rows[is_held_out])) / max(float(lost_weights.sum()), 1e-300)
-        if lost > NEGLIGIBLE_SHARE:
+        if lost > _MAX_LOST:
             continue
         num, covered = len(pool.parts(region)), float(pool.weights @ region(pool.rows) / pool.weights.sum())
         gain = 1.0 / covered / _MIN_RATE_GAIN ** max(num - len(pool.species.kinds), 0)

@@ -1,5 +1,7 @@
 """EM over counts: laws, and equal to what can be written down by hand."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -135,3 +137,15 @@ def test_two_styles_become_two_components():
     mixture = fit_mixture(cells, counts, np.ones(40), np.repeat([0, 1], [30, 10])).mixture
     np.testing.assert_allclose(mixture.weights, [0.75, 0.25])
     np.testing.assert_allclose(mixture.probabilities, styles)
+
+
+@few
+@given(samples(), st.sampled_from([1e-1, 1e-3, 1e-4]))
+def test_a_coarser_fit_is_the_beginning_of_a_finer_one(sample, tolerance):
+    cells, counts, weights, component = sample
+    coarse, fine = (
+        fit_mixture(cells, sparse.csr_array(counts), weights, component, some).log_likelihoods
+        for some in (tolerance, 1e-6)
+    )
+    assert coarse == fine[: len(coarse)]
+    assert all(after - before >= tolerance for before, after in pairwise(coarse[:-1]))

@@ -103,3 +103,24 @@ def test_what_is_exact_stays_exact():
     learned = compile_nearest(target, FOREST)
     assert (learned.method, learned.findings) == ("compile", ())
     assert divergence(learned, target) < 1e-12
+
+
+def test_as_many_boxes_as_two_numbers_have_in_199_ranges_each_are_made():
+    reads, preference = with_ranges(BOX, (Draw("width"), Draw("height")), lambda v: v[:, 0] + v[:, 1], 199)
+    assert len(reads) == 2 * 198
+    assert preference(np.zeros((1, len(reads)))) == pytest.approx(18.0, abs=0.1)
+
+
+def test_130_ranges_that_depend_on_those_of_another_number_are_exact():
+    """No two rows of the preference are proportional: the start rule needs a branch for each."""
+    num = 130
+    reads = tuple(Threshold(name, 1.0 + 8.0 * i / num) for name in ("width", "height") for i in range(1, num))
+    table = 1.0 + np.random.default_rng(0).random((num, num))
+
+    def preference(values):
+        width, height = (num - 1 - part.sum(axis=1).astype(np.int64) for part in np.split(values, 2, axis=1))
+        return table[width, height]
+
+    target = Target(BOX, reads, preference)
+    learned = target.compiled(FOREST)
+    assert learned.ratio(FOREST) == pytest.approx(target.of_models(FOREST) / table.mean())

@@ -81,3 +81,9 @@ def test_nothing_accepted_is_told():
 def test_weights_must_be_a_density(wrong):
     with pytest.raises(GrammarlabError, match="finite and at least 0"):
         run(10, weights=np.array([1.0, wrong]))
+
+
+@pytest.mark.parametrize("bound", [5.0, None])
+def test_few_models_are_accepted_of_few_proposed_ones(bound):
+    _, acceptance = run(1, bound=bound)
+    assert acceptance.proposals <= 256
