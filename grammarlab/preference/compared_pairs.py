@@ -24,6 +24,8 @@ from grammarlab.preference.queries import MIN_HIGHEST, SMALL_PART, Situation
 
 _MAX_CANDIDATES = 240, 60, 100
 """Largest numbers of candidates: from the grammar, from elsewhere, and with labels."""
+_MAX_DEVIATIONS = 38.0
+"""Number of deviations beyond which an answer is known: the probability of the other one is less than any number."""
 
 
 def propose_pairs(situation: Situation, compared: Ints, num: int, seed: int) -> Ints:
@@ -98,7 +100,8 @@ def _sign_gain(deviations: Floats) -> Floats:
     >>> _sign_gain(np.array([0.0, 3.0])).round(3).tolist()
     [0.637, 0.015]
     """
-    return np.exp(-(deviations**2) - log_ndtr(deviations) - log_ndtr(-deviations)) / (2.0 * np.pi)
+    far = np.minimum(np.abs(deviations), _MAX_DEVIATIONS)
+    return np.exp(-(far**2) - log_ndtr(far) - log_ndtr(-far)) / (2.0 * np.pi)
 
 
 def _expected(preference: AbstractPreference, rows: Floats) -> tuple[Floats, Floats, float]:

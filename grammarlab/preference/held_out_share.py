@@ -32,6 +32,11 @@ least."""
 _MISSED_BY_BOXES = 0.1
 """Share of held-out scores that say nothing if boxes explain the scores: these are looked for again without them, and
 one bound more or less decides about many of the scores that boxes disputed."""
+_MAX_LOG_ODDS = 100.0
+"""Largest log of prior odds, in either direction: what held-out scores say may still be heard."""
+_LIKELIHOOD_POWER = 0.25
+"""Power of the likelihood of held-out scores. Scores were asked for where the preference was open, and both parts know
+their structure from all scores."""
 EVIDENCE_POWER = 0.5
 """Power of the evidence of a part: it is that of the best explanation of many, found with all labels."""
 _LOG_ODDS_OF_CELLS = float(np.log(ODDS_OF_SIMPLER))
@@ -172,10 +177,11 @@ def mean_share(log_likelihoods: Floats, log_odds_of_cells: float = _LOG_ODDS_OF_
 
     Args:
         log_likelihoods: [S] log-likelihood of held-out labels for each of the shares.
-        log_odds_of_cells: log of the prior odds of cells alone against any other share.
+        log_odds_of_cells: log of the prior odds of cells alone against any other share, infinite if nothing else is
+            possible.
     """
-    log_odds = EVIDENCE_POWER * log_likelihoods
-    log_odds[0] += log_odds_of_cells
+    log_odds = _LIKELIHOOD_POWER * log_likelihoods
+    log_odds[0] += np.clip(log_odds_of_cells, -_MAX_LOG_ODDS, _MAX_LOG_ODDS)
     odds = np.exp(log_odds - log_odds.max())
     share = float(odds @ np.array(PROCESS_SHARES) / odds.sum())
     return share if share >= MIN_SHARE else 0.0

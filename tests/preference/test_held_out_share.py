@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from grammarlab.preference.held_out_share import PROCESS_SHARES, HeldOut, share_by
+from grammarlab.preference.held_out_share import PROCESS_SHARES, HeldOut, mean_share, share_by
 from grammarlab.preference.person import MODEL_NOISES
 
 
@@ -28,8 +28,14 @@ def test_the_share_is_a_mean_over_the_posterior_of_shares():
         return np.prod(0.97 * norm.pdf(share * process + (1.0 - share) * cells, 0.0, noise) + 0.03 / 100.0)
 
     densities = np.array([sum(density(share, noise) for noise in MODEL_NOISES) for share in PROCESS_SHARES])
-    odds = densities**0.5 * np.append(20.0, np.ones(len(PROCESS_SHARES) - 1))
+    odds = densities**0.25 * np.append(20.0, np.ones(len(PROCESS_SHARES) - 1))
     assert shared(process, cells, scores) == pytest.approx(odds @ PROCESS_SHARES / odds.sum())
+
+
+def test_infinite_odds_decide():
+    equal = np.zeros(len(PROCESS_SHARES))
+    assert mean_share(equal, np.inf) == 0.0
+    assert mean_share(equal, -np.inf) == pytest.approx(np.mean(PROCESS_SHARES[1:]))
 
 
 def test_the_better_part_gets_almost_all():

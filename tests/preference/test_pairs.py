@@ -43,6 +43,14 @@ def test_the_first_pair_leaves_the_least_variance(seed):
     assert tuple(found[0].tolist()) == min(left, key=left.__getitem__)
 
 
+@pytest.mark.parametrize("far", [1e3, 1e160, 1e300])
+def test_known_answers_are_not_asked_for(far):
+    # The values of the first two models vary most, but which of them is preferred, and to the others, is known.
+    mean, covariance = np.array([far, -far, 0.0, 1.0]), np.diag([50.0, 40.0, 2.0, 1.0])
+    found = most_telling_pairs(mean, covariance, 1, 1.0, np.ones(4), np.ones((4, 4), dtype=bool))
+    assert found.tolist() == [[2, 3]]
+
+
 def test_no_model_is_in_two_pairs_and_none_is_compared_with_itself():
     covariance = np.diag(np.arange(1.0, 12.0))
     found = most_telling_pairs(np.zeros(11), covariance, 9, 1.0, np.ones(11), np.ones((11, 11), dtype=bool))

@@ -27,7 +27,6 @@ from grammarlab.preference.person import (
     intervals_of,
     intervals_of_kinds,
     matched,
-    possible_values,
 )
 from grammarlab.preference.processes.posterior import Hyperparameters, condition, squared_distances
 
@@ -37,6 +36,8 @@ _DAMPING = 0.7
 """Step of a site towards its new value in a sweep; all sites move at once, so full steps would overshoot."""
 _TOLERANCE = 1e-4
 """Change of a mean, as a share of its deviation, below which sweeps end."""
+_MIDDLE_GRID = np.arange(5.0, 96.0, 2.5)
+"""Candidate values at which thumbs turn, in points, around 50."""
 _SD_OF_MIDDLE = 20.0
 """Standard deviation of the middle of people, around 50."""
 
@@ -253,13 +254,12 @@ def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float
     thumb_labels = judgements.take(np.flatnonzero(thumbs))
     noise = max(float(np.sqrt(hyperparameters.noise)), MODEL_NOISE)
     values, variances = mean[rows], np.maximum(np.diagonal(covariance)[rows], 1e-9)
-    candidates = possible_values()[1:-1]
     log_posteriors = [
         float(matched(thumb_labels.intervals(middle), values, variances, noise, START_BLUNDERS)[0].sum())
         - 0.5 * ((middle - MAX_SCORE / 2.0) / _SD_OF_MIDDLE) ** 2
-        for middle in candidates.tolist()
+        for middle in _MIDDLE_GRID.tolist()
     ]
-    return float(candidates[int(np.argmax(log_posteriors))])
+    return float(_MIDDLE_GRID[int(np.argmax(log_posteriors))])
 
 
 def _given_scores(judgements: Judgements, hyperparameters: Hyperparameters) -> tuple[Floats, Floats]:

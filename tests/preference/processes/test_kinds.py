@@ -222,6 +222,14 @@ def test_the_middle_of_a_person_is_found_where_thumbs_turn():
     assert middle_of(judgements, Hyperparameters(2000.0, np.array([4.0]), 4.0)) == pytest.approx(70.0, abs=5.0)
 
 
+@pytest.mark.parametrize("away", [10.0, 25.0, 40.0])
+def test_thumbs_of_symmetric_scores_turn_in_the_middle(away):
+    rows, sides = np.array([[0.0], [1.0]] * 2), np.array([-1.0, 1.0])
+    answers = np.concatenate([50.0 + away * sides, 50.0 + 50.0 * sides])
+    judgements = judgements_of(rows, answers, many("score", 2) + many("thumb", 2), [[0.0]] * 4)
+    assert middle_of(judgements, Hyperparameters(2000.0, np.array([4.0]), 4.0)) == 50.0
+
+
 def test_the_order_of_labels_of_all_kinds_does_not_matter():
     rows, scores, kinds, others = compared(20, 4, 4)
     kinds[:3] = ["score", "stars", "thumb"]
