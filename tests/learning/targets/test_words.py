@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import grammarlab as gl
+from grammarlab.arrays import Floats
 from grammarlab.evaluation.preparation import true_scores
 from grammarlab.features.columns.formula_names import MOST_NAMED
 from grammarlab.features.expression import Expression
@@ -299,7 +300,7 @@ def test_kinds_are_true_and_none_follows_from_the_others(seed, levels):
     """Scores of random tables of four properties: every mean is that of the designs, and nothing is said twice."""
     randomness = np.random.default_rng(seed)
     rows = coins(300, 4, seed)
-    values = randomness.choice(levels, 16)
+    values: Floats = randomness.choice(levels, 16).astype(float)
     scores = values[(rows @ [8, 4, 2, 1]).astype(int)]
     words = words_of(table_of(rows, list("abcd")), scores, np.ones(300))
     sides = [
@@ -433,7 +434,7 @@ def test_what_is_said_of_random_formulas_is_the_same_whatever_their_things_are_c
         return f"{negation}(({text(depth - 1)}) {sign} ({text(depth - 1)}))"
 
     formula = Expression.parse(text(3)).formula
-    order = [list(things.values()).index(feature) for feature in formula.features]
+    order = [list(map(str, things.values())).index(str(feature)) for feature in formula.features]
     holds = (Expression.of(formula).evaluate(rows[:, order]) > 0.0).astype(float)
     table = table_of(np.column_stack([rows, holds]), [*things, str(formula)])
     table = replace(table, features=(*things.values(), formula))
@@ -457,7 +458,7 @@ def test_alternatives_name_what_they_share_once(text, words):
     things = things_of_formulas()
     rows = coins(400, len(things))
     formula = Expression.parse(text).formula
-    order = [list(things.values()).index(feature) for feature in formula.features]
+    order = [list(map(str, things.values())).index(str(feature)) for feature in formula.features]
     holds = Expression.of(formula).evaluate(rows[:, order])
     table = table_of(np.column_stack([rows, holds]), [*things, text])
     table = replace(table, features=(*things.values(), formula))
