@@ -113,7 +113,7 @@ def test_persons_who_err_have_curves_of_their_own(evaluate, tmp_path):
     sd20 = json.loads(evaluate(*FEW, "--json", "--person", "sd20").stdout)
     assert [curve["curve"] for curve in sd20["curves"]] != [curve["curve"] for curve in exact["curves"]]
     assert {path.name for path in (tmp_path / "out" / "plots").glob("*.png")} == {
-        *("tiny.png", "tiny.blunders10.png", "tiny.sd20.png")
+        *("needed.png", "tiny.png", "tiny.blunders10.png", "tiny.sd20.png")
     }
     page = (tmp_path / "out" / "results.md").read_text(encoding="utf-8")
     assert "--person sd20 --seeds 2" in page
@@ -147,7 +147,7 @@ def test_a_run_leaves_tables_and_pictures_and_a_report_elsewhere(evaluate, tmp_p
     assert "tiny kde: JS" in result.stderr
     out = tmp_path / "out"
     plots = {path.name for path in (out / "plots").iterdir()}
-    assert plots == {"tiny.png", "tiny.svg", "figure-mine.png", "figure-mine.svg"}
+    assert plots == {f"{name}.{kind}" for name in ("needed", "tiny", "figure-mine") for kind in ("png", "svg")}
     grids = {path.name for path in (out / "grids").iterdir()}
     samples = {f"tiny-{stage}-{size}.jpg" for stage in ("before", "after") for size in ("1x1", "2x2")}
     assert grids == {"tiny-scores.jpg", *samples}

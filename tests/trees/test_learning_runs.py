@@ -50,6 +50,7 @@ LEARNED = {
         "likes",
         "dislikes",
         "expected_gain",
+        "explained",
     ),
     *("effective_models", "acceptance", "rules_before", "rules_after", "seconds", "notes", "findings"),
 }
