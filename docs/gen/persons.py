@@ -43,6 +43,8 @@ grammar and the taste is left. Lines are medians over tastes, bands their middle
 default questions in rounds of eight. The learner has been developed against these tastes;
 [Ten fresh tastes](fresh.md) were not seen before they were measured, and [Results](results.md) and
 [Earlier scenarios](once.md) have others.
+The numbers are from shortly before held-out scores counted with a quarter of their likelihood again and lines of exact
+scores started wide again, so a run of the command below may differ in single tastes.
 
 Divergences in nats; *harmed*: tastes for which the learned density after 24 scores is farther than 1.05 times that of
 the grammar as it was.
