@@ -3,6 +3,7 @@
 # test-all  the same with all cases: once a week, and before a release
 # mutants   how many of 60 mistakes put into the code are noticed by its tests: takes an hour
 # check  the fast, static half of it
+# types  the slow one: pyright over all files
 # docs   the documentation, as pages in out/site; tests build it too
 # reference  the generated parts of the documentation, in docs/
 # bench  how fast it is, as ratios within one run
@@ -29,7 +30,7 @@ export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 # Material for MkDocs tells at every start that it has a successor.
 export NO_MKDOCS_2_WARNING := 1
 
-.PHONY: demo test pytest test-all mutants check docs reference pictures screens bench facades scan-pictures species-pictures cga-pictures tree-parameters plausible-trees quarter quarter-pictures park format clean chromium
+.PHONY: demo test pytest test-all mutants check types docs reference pictures screens bench facades scan-pictures species-pictures cga-pictures tree-parameters plausible-trees quarter quarter-pictures park format clean chromium
 
 demo: $(VENV)/.learn
 	$(BIN)/grammarlab sample building -n 16 --seed 5 -o out/demo
@@ -40,7 +41,7 @@ demo: $(VENV)/.learn
 
 # Types are checked while tests wait for processes and pages.
 test: $(VENV)/.dev chromium
-	@$(MAKE) --no-print-directory -j 2 pytest check
+	@$(MAKE) --no-print-directory -j 2 pytest check types
 
 pytest: $(VENV)/.dev
 	$(BIN)/pytest -q -n 2 --dist worksteal
@@ -51,14 +52,15 @@ test-all: test
 mutants: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.mutants
 
-# Types of all files are checked by ty, and those of a fifth of them by pyright, which takes 15 times as long: of 80
-# mistakes that were put into types both notice the same 70.
 check: $(VENV)/.dev
 	$(BIN)/ruff format --check $(CODE)
 	$(BIN)/ruff check $(CODE)
 	$(BIN)/ty check --python $(VENV)
-	$(BIN)/pyright --pythonpath $(BIN)/python $$($(BIN)/python -m tests.cases grammarlab tests benchmarks docs/gen)
 	$(BIN)/lint-imports
+
+# It takes 15 times as long as ty, and notices some mistakes that ty does not.
+types: $(VENV)/.dev
+	$(BIN)/pyright --pythonpath $(BIN)/python
 
 docs: $(VENV)/.dev
 	$(BIN)/python -m mkdocs --quiet build

@@ -6,19 +6,15 @@ fifth week. What keeps a person's data is in all runs. So are laws of learning: 
 
 Fuzzers and comparisons with solvers try many cases of one kind. An ordinary run tries a fifth of them, another one each
 calendar week; `make test-all` tries all. ``GRAMMARLAB_CASES=2`` tries the fifth of that number again.
-
-``python -m tests.cases FOLDER ...`` prints the files of Python in folders that are the part of a run, a line each.
 """
 
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from functools import wraps
 from itertools import count
-from pathlib import Path
 from typing import Any, TypeVar
 from zlib import crc32
 
@@ -98,8 +94,3 @@ def _every_fifth(test: Test, chosen: int) -> Test:
             raise
 
     return tried  # ty: ignore[invalid-explicit-return]  # pyright: ignore[reportReturnType]
-
-
-if __name__ == "__main__":
-    files = sorted(file for folder in sys.argv[1:] for file in Path(folder).rglob("*.py"))
-    sys.stdout.writelines(f"{file}\n" for file in some(files))
