@@ -11,7 +11,7 @@ is a set of the corners is a function of their (u, v) instead of the world.
 
 from __future__ import annotations
 
-from collections import deque
+from collections import OrderedDict
 from typing import NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -34,8 +34,6 @@ WORLD = -1
 """Source of maps from the world; other maps have the number of a set of the corners, or `FACES`."""
 FACES = -2
 """Source of maps from each rectangular face: u from 0 to 1 along its first edge, v from 0 to 1 away from it."""
-_UNKNOWN = -1
-"""Row of a map that is not computed yet."""
 _ROOM = 16
 """Number of maps that a new table has room for."""
 _MOST_PENDING = 1 << 19
@@ -106,8 +104,6 @@ class Move(NamedTuple):
 class _Pending(NamedTuple):
     """Maps [N] of moved shapes that are not computed yet; their ids are consecutive."""
 
-    first: int
-    """The first id."""
     before: Ids
     """[N] the maps before the move."""
     move: Move
@@ -118,8 +114,9 @@ class TextureMapTable:
     """Maps of one derivation: rows (u, v) of a gradient in their source and a value at its origin.
 
     The maps of moved shapes are kept as moves, since most shapes get other maps before anything reads them. When
-    something does during the derivation, all are computed, and when they are too many, the oldest: so each is computed
-    at most once whatever is read, and what is kept is bounded. At the end only those of leaves are.
+    something does during the derivation, the moves that led to it are applied, each to all its shapes, and when they
+    are too many, the oldest: so each is applied at most once whatever is read, and what is kept is bounded. At the end
+    only the maps of leaves are computed.
     """
 
     def __init__(self, frames: FrameTable) -> None:
@@ -127,11 +124,12 @@ class TextureMapTable:
         self._rows = np.empty((_ROOM, 2, 4))
         self._num_rows = 0
         self._row = np.empty(_ROOM, dtype=np.int32)
-        """Row of each map, `_UNKNOWN` until it is computed."""
+        """Row of each map; until it is computed, ``~first`` with the first id of its move, which is negative."""
         self._was_given = np.empty(_ROOM, dtype=bool)
         self._source = np.empty(_ROOM, dtype=np.int8)
         self._used = 0
-        self._pending: deque[_Pending] = deque()
+        self._pending: OrderedDict[int, _Pending] = OrderedDict()
+        """By first id, in ascending order."""
         self._num_pending = 0
         self._is_of_world = True
         """Whether the world is the source of all maps."""
@@ -164,7 +162,7 @@ class TextureMapTable:
         if len(rows) == 0:
             return ids
         before, move = ids.take(rows), move.take(rows)
-        is_cheap = self._row[before[0]] != _UNKNOWN and _are_alike(before, move)
+        is_cheap = self._row[before[0]] >= 0 and _are_alike(before, move)
         new = self._moved_alike(before, move) if is_cheap else self._moved_later(before, move)
         if len(rows) == len(ids):
             return new
@@ -174,8 +172,8 @@ class TextureMapTable:
 
     def take(self, ids: Ids) -> Floats:
         """The maps [N, 2, 4] with these ids, none of them `NONE`."""
-        if (self._row.take(ids) == _UNKNOWN).any():
-            self._compute_oldest(0)
+        for first in self._moves_before(ids):
+            self._apply(first, self._pending.pop(first))
         return self._rows.take(self._row.take(ids), axis=0)
 
     def was_given(self, ids: Ids) -> NDArray[np.bool_]:
@@ -226,8 +224,8 @@ class TextureMapTable:
 
     def _moved_later(self, before: Ids, move: Move) -> Ids:
         """New ids [N] of maps that are computed later."""
-        new = self._new_ids(len(before), _UNKNOWN, self.was_given(before), WORLD)
-        self._pending.append(_Pending(int(new[0]), before, move))
+        new = self._new_ids(len(before), ~self._used, self.was_given(before), WORLD)
+        self._pending[int(new[0])] = _Pending(before, move)
         self._num_pending += len(before) + _MOVE_AS_MAPS
         self._compute_oldest(_MOST_PENDING)
         return new
@@ -235,9 +233,26 @@ class TextureMapTable:
     def _compute_oldest(self, most: int) -> None:
         """Compute the oldest pending maps until at most so many are left."""
         while self._num_pending > most:
-            pending = self._pending.popleft()
-            self._num_pending -= len(pending.before) + _MOVE_AS_MAPS
-            self._compute_rows(pending, np.arange(len(pending.before)))
+            self._apply(*self._pending.popitem(last=False))
+
+    def _moves_before(self, ids: Ids) -> list[int]:
+        """First ids, ascending, of the pending moves that maps [N] are made by."""
+        moves: set[int] = set()
+        rest = self._moves_of(ids)
+        while rest:
+            moves |= rest
+            rest = set().union(*(self._moves_of(self._pending[first].before) for first in rest)) - moves
+        return sorted(moves)
+
+    def _moves_of(self, ids: Ids) -> set[int]:
+        """First ids of the pending moves that maps [N] are the last of."""
+        row = self._row.take(ids)
+        return set((~row[row < 0]).tolist())
+
+    def _apply(self, first: int, pending: _Pending) -> None:
+        """Compute all maps of a move, after those that they are made of."""
+        self._num_pending -= len(pending.before) + _MOVE_AS_MAPS
+        self._compute_rows(first, pending, np.arange(len(pending.before)))
 
     def _compute(self, ids: Ids) -> None:
         """Compute the maps [N] that are pending, after those that they are made of."""
@@ -245,24 +260,20 @@ class TextureMapTable:
             return
         is_wanted = np.zeros(self._used, dtype=bool)
         is_wanted[ids] = True
-        steps: list[tuple[_Pending, Ints]] = []
-        for pending in reversed(self._pending):
-            first, before, _ = pending
-            rows = np.flatnonzero(is_wanted[first : first + len(before)] & (self._row_of(pending) == _UNKNOWN))
+        steps: list[tuple[int, _Pending, Ints]] = []
+        for first, pending in reversed(self._pending.items()):
+            end = first + len(pending.before)
+            rows = np.flatnonzero(is_wanted[first:end] & (self._row[first:end] < 0))
             if len(rows):
-                is_wanted[before.take(rows)] = True
-                steps.append((pending, rows))
-        for pending, rows in reversed(steps):
-            self._compute_rows(pending, rows)
+                is_wanted[pending.before.take(rows)] = True
+                steps.append((first, pending, rows))
+        for first, pending, rows in reversed(steps):
+            self._compute_rows(first, pending, rows)
 
-    def _row_of(self, pending: _Pending) -> Ids:
-        """[N] rows of the maps of a move, a view."""
-        return self._row[pending.first : pending.first + len(pending.before)]
-
-    def _compute_rows(self, pending: _Pending, shapes: Ints) -> None:
+    def _compute_rows(self, first: int, pending: _Pending, shapes: Ints) -> None:
         """Compute the maps of some shapes of a move, whose maps before it are known."""
         maps = self._rows.take(self._row.take(pending.before.take(shapes)), axis=0)
-        self._row_of(pending)[shapes] = self._append(pending.move.take(shapes).applied(maps, self._frames))
+        self._row[first + shapes] = self._append(pending.move.take(shapes).applied(maps, self._frames))
 
 
 def _are_alike(before: Ids, move: Move) -> bool:

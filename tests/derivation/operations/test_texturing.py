@@ -149,6 +149,26 @@ def test_moves_are_applied_once_whatever_depths_are_read(monkeypatch):
     assert sum(sizes) == sum(range(201))
 
 
+def test_a_read_applies_only_the_moves_that_led_to_it(monkeypatch):
+    """Of two halves moved twice, the smaller one reads its maps, and nothing reads those of the other, an asset."""
+    rules = """
+        Lot --> comp(f) { all : setupProjection(0, scope.xy, 1, 1) projectUV(0) Tiles }
+        Tiles --> split(x) { 16 : split(x) { ~0.1 : t(0, 0, rand(1)) t(0, 0, 1) Plain }* | ~1 : Shifted }
+        Plain --> i("builtin:cube") deleteUV(0) Cube.
+        Shifted --> split(x) { ~0.1 : t(0, 0, rand(1)) t(0, 0, 1) translateUV(0, 0.5, 0.5) Leaf. }*
+    """
+    applied = Move.applied
+    sizes: list[int] = []
+
+    def counted(move: Move, maps: Floats, frames: FrameTable) -> Floats:
+        sizes.append(len(maps))
+        return applied(move, maps, frames)
+
+    monkeypatch.setattr(Move, "applied", counted)
+    assert len(derive(Grammar.parse(rules), 1, 1, footprint=(20.0, 5.0)).leaves) == 200
+    assert sizes == [40, 40]
+
+
 def moves_of(number: int, count: int) -> list[Move]:
     """Moves of unit cubes [N] between random places."""
     places = np.random.default_rng(0).uniform(size=(2 * number, count, 3))
