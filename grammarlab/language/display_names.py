@@ -18,10 +18,16 @@ from functools import partial
 from itertools import takewhile
 from pathlib import PurePosixPath
 
+from grammarlab.language.checking.percentages import constant
+from grammarlab.language.syntax.builtins import blocks, operations
 from grammarlab.language.syntax.syntax_tree import (
     Annotation,
     Attribute,
     Binary,
+    Block,
+    Boolean,
+    Call,
+    Case,
     Choice,
     Function,
     Invoke,
@@ -30,6 +36,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Number,
     Rule,
     RuleFile,
+    Sequence,
     Stochastic,
     String,
     alternatives,
@@ -54,6 +61,10 @@ _LISTED = re.compile(rf"(?<![\w.#])({_IDENTIFIER}(?: \d+)?)( [=≠] )({_ONE}(?: 
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 _LONGEST = 60
 """Largest number of characters of a word from a grammar."""
+_MAX_LETTERS = 2
+"""Largest number of characters of a text that is read together with what it is an argument of."""
+_ABBREVIATED: Mapping[str, str] = {"s": "size", "t": "translation", "r": "rotation", "i": "asset", "NIL": "nothing"}
+"""Words for operations that have no name of their own."""
 _MAX_GREY = 0.12
 """Saturation below which a colour is a grey."""
 _HUES = (
@@ -115,14 +126,16 @@ class DisplayNames:
                     # Rules of one name differ in their parameters, which a name of a branch does not have.
                     is_other = branches.setdefault((definition.name, key), word) != word
                     branches |= {(definition.name, key): ""} if is_other else {}
-            elif isinstance(definition, Attribute) and isinstance(definition.value, Stochastic):
-                texts = [branch.value for branch in definition.value.branches if isinstance(branch, String)]
-                words = _distinct(texts) if len(texts) == len(definition.value.branches) else []
-                values |= {(definition.name, index): word for index, word in enumerate(words) if word}
-        split = {name: _split(name.removesuffix(".").rpartition(".")[2]) for name in identifiers}
-        counts = Counter(split.values())
+            elif isinstance(definition.value, Stochastic):
+                texts = list(map(_value, definition.value.branches))
+                words = _distinct(texts) if all(texts) and len(set(texts)) == len(texts) else []
+                for index, word in enumerate(words):
+                    is_other = values.setdefault((definition.name, index), word) != word
+                    values |= {(definition.name, index): ""} if is_other else {}
+        split = {name: _own_words(name) for name in identifiers}
+        counts = _counted(split)
         whole = {name: words if counts[words] == 1 else _qualified(name, words) for name, words in split.items()}
-        counts = Counter(whole.values())
+        counts = _counted(whole)
         split = {name: words for name, words in whole.items() if counts[words] == 1 and words != name}
         return cls(split | given, branches, values)
 
@@ -148,6 +161,9 @@ class DisplayNames:
         before = f"{name} (draw {draw})" if draw else name
         if not match["sign"]:
             return f"{before}{match['place'] or ''}"
+        # The choice between the values of an attribute is the first of its draws.
+        if draw == "1" and match["number"] and (word := self.values.get((of, int(match["number"])))):
+            return f"{name}{match['sign']}{word}"
         before += f"{match['place']}{match['sign']}"
         if match["one"]:
             return before + _without_repeated(name, self.names.get(match["one"], match["one"]))
@@ -223,6 +239,11 @@ def _kind_of(character: str) -> str:
     return "0" if character.isdecimal() else "a" if character.isalnum() else "_"
 
 
+def _counted(words: Mapping[str, str]) -> Counter[str]:
+    """How many names have each words; a symbol and a leaf that is called after it, ``Wall`` and ``Wall.``, are one."""
+    return Counter({name.removesuffix("."): each for name, each in words.items()}.values())
+
+
 def _qualified(name: str, words: str) -> str:
     """The words of a name of an imported file, after the name of the import."""
     alias = name.removesuffix(".").rpartition(".")[0]
@@ -241,22 +262,44 @@ def words_of_branches(body: Choice, attributes: frozenset[str]) -> list[str]:
         body: the choices of the rule.
         attributes: the attributes and functions that a branch may read.
     """
+    words = _words_among_siblings(body, attributes)
+    counts = Counter(words)
+    return [word if counts[word] == 1 else "" for word in words]
+
+
+def _words_among_siblings(body: Choice, attributes: frozenset[str]) -> list[str]:
+    """A word for each branch of a rule that says something that the others do not, or those of the same choice."""
     leaves = list(alternatives(body))
-    words = [""] * len(leaves)
     if len(leaves) < 2:
-        return words
-    for sayings in (_texts, _colors, _calls, partial(_attributes, attributes)):
+        return [""]
+    words = [""] * len(leaves)
+    for sayings in (_texts, _colors, _calls, partial(_attributes, attributes), _parts):
         said = [list(dict.fromkeys(sayings(leaf))) for leaf in leaves]
         counts = Counter(saying for each in said for saying in each)
         own = [[saying for saying in each if counts[saying] == 1] for each in said]
         new = _distinct([_common(each) if isinstance(sayings, partial) else "".join(each[:1]) for each in own])
-        words = [word or other for word, other in zip(words, new, strict=True)]
-    return words
+        # Names of several attributes can begin with the same words.
+        words = [word or (other if new.count(other) == 1 else "") for word, other in zip(words, new, strict=True)]
+    inner = [word for branch in _branches(body) for word in _words_among_siblings(branch, attributes)]
+    return [word or other for word, other in zip(words, inner, strict=True)]
+
+
+def _branches(choice: Choice) -> tuple[Choice, ...]:
+    return choice.branches if isinstance(choice, Case | Stochastic) else ()
 
 
 def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[str, str]]:
-    """Line, and percentage if no other branch has it, of each branch of a rule that alone says something: a word."""
-    leaves, words = list(alternatives(body)), words_of_branches(body, attributes)
+    """Line, and percentage if no other branch has it, of each branch of a rule that says something: a word.
+
+    A word that several random branches have, of different choices, has its line.
+    """
+    leaves, words = list(alternatives(body)), _words_among_siblings(body, attributes)
+    drawn = {id(leaf) for node in walk(body) if isinstance(node, Stochastic) for leaf in alternatives(node)}
+    counts = Counter(word for word, leaf in zip(words, leaves, strict=True) if id(leaf) in drawn)
+    words = [
+        f"{word} (line {leaf.location.line})" if counts[word] > 1 and word else word
+        for word, leaf in zip(words, leaves, strict=True)
+    ]
     lines = Counter(leaf.location.line for leaf in leaves)
     keys = [
         f"line {line}" + (f" branch {number}" if lines[line] > 1 else "")
@@ -270,9 +313,35 @@ def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[st
     yield from ((key, word) for key, word in zip(keys, words * 2, strict=False) if word and counts[key] == 1)
 
 
+def _value(node: Node) -> str:
+    """A value in words: a text, a truth value, a name, a number, or a range of numbers; empty for anything else."""
+    if isinstance(node, String):
+        return node.value
+    if isinstance(node, Boolean):
+        return str(node.value).lower()
+    if isinstance(node, Name):
+        return _own_words(node.identifier)
+    if isinstance(node, Call) and node.function == "rand" and node.arguments:
+        ends = [constant(argument) for argument in node.arguments]
+        known = [end for end in ([0.0, *ends] if len(ends) == 1 else ends) if end is not None]
+        return f"{known[0]:.4g} to {known[1]:.4g}" if len(known) == len("ab") else ""
+    return (
+        "" if isinstance(node, Case | Stochastic | Sequence) or (number := constant(node)) is None else f"{number:.4g}"
+    )
+
+
 def _texts(node: Node) -> Iterator[str]:
-    """Texts between quotes."""
-    return (part.value for part in walk(node) if isinstance(part, String))
+    """Texts between quotes; a text of one or two characters with the successor that it is an argument of."""
+    short = {
+        id(argument): _own_words(part.name)
+        for part in walk(node)
+        if isinstance(part, Invoke) and part.name not in operations()
+        for argument in part.arguments
+        if isinstance(argument, String) and len(argument.value) <= _MAX_LETTERS
+    }
+    for part in walk(node):
+        if isinstance(part, String):
+            yield " ".join(filter(None, (short.get(id(part)), part.value)))
 
 
 def _colors(node: Node) -> Iterator[str]:
@@ -298,12 +367,30 @@ def _calls(node: Node) -> Iterator[str]:
         if isinstance(part, Invoke) and part.name[:1].isupper():
             numbers = [f"{argument.value:g}" for argument in part.arguments if isinstance(argument, Number)]
             if numbers:
-                yield " ".join([_split(part.name), *numbers])
+                yield " ".join([_own_words(part.name), *numbers])
+
+
+def _parts(node: Node) -> Iterator[str]:
+    """Successors of a branch, whether it has one and no operations, then its operations."""
+    invoked = [part.name for part in walk(node) if isinstance(part, Invoke)]
+    made = [_own_words(name) for name in invoked if name not in operations()]
+    yield from made
+    if made and isinstance(node, Sequence) and len(node.items) == 1 and isinstance(node.items[0], Invoke):
+        yield f"only {made[0]}"
+    used = [part.name for part in walk(node) if isinstance(part, Invoke | Block)]
+    yield from (_ABBREVIATED.get(name, _split(name)) for name in used if name in operations() or name in blocks())
+
+
+def _own_words(name: str) -> str:
+    """Words for a name without the import that it comes from."""
+    return _split(name.removesuffix(".").rpartition(".")[2])
 
 
 def _attributes(attributes: frozenset[str], node: Node) -> Iterator[str]:
     """Those of the attributes that expressions read."""
-    return (_split(part.identifier) for part in walk(node) if isinstance(part, Name) and part.identifier in attributes)
+    return (
+        _own_words(part.identifier) for part in walk(node) if isinstance(part, Name) and part.identifier in attributes
+    )
 
 
 def _common(names: list[str]) -> str:

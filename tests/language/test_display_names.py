@@ -154,3 +154,50 @@ Wall(a) --> 30% : color("#ff0000") X. else : color("#00ff00") X.
 Wall(a, b) --> 30% : color("#0000ff") X. 20% : color("#ffffff") X. else : color("#000000") X."""
     names = DisplayNames.of(gl.Grammar.parse(text).tree)
     assert names.text("Wall = 30%, Wall = 70%, Wall = 20%") == "Wall = 30%, Wall = green, Wall = white"
+
+
+BRANCHES = """
+attr shape = "auto"
+attr gap = 20% : 0 else : rand(3, 6)
+const plain = false
+attr lit = 50% : true else : plain
+finish = 50% : -1.5 else : rand(2)
+Lot --> extrude(gap) Plan Side Höfe
+Plan -->
+    case shape == "left" : Wing("l")
+    else :
+        case geometry.area > 9 : 50% : Wing("l") else : Wing("r")
+        else : 50% : Wing("l") 30% : Wing("r") else : split(x) { ~1 : lib.Court }
+Side -->
+    30% : Faces
+    30% : split(x) { '0.5 : Faces }
+    else : s('1, '0.5, '1) Faces
+Höfe -->
+    40% : shapeL(2, 3) { shape : Körper }
+    else : shapeU(2, 3, 2) { shape : Körper }
+Wing(o) --> X.
+Faces --> X.
+"""
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("Plan = line 11 branch 2", "Plan = Wing l (line 11)"),
+        ("Plan = line 12 branch 4", "Plan = Wing l (line 12)"),
+        ("Plan = line 12 branch 6", "Plan = Court"),
+        ("Side = line 14, Side = line 15, Side ≠ line 16", "Side = only Faces, Side = split, Side ≠ size"),
+        ("Höfe → 40%, Höfe → 60%", "Höfe → shape L, Höfe → shape U"),
+        ("gap#1 = 0 and gap#1 ≠ 1", "gap = 0 and gap ≠ 3 to 6"),
+        ("gap#2 at least 4", "gap (draw 2) at least 4"),
+        ("lit = 0, lit = 1", "lit = true, lit = plain"),
+        ("finish#1 = 0 (90), finish#1 = 1", "finish = -1.5 (90), finish = 0 to 2"),
+    ],
+)
+def test_branches_that_only_their_siblings_distinguish_have_words(name, words):
+    assert DisplayNames.of(gl.Grammar.parse(BRANCHES).tree).text(name) == words
+
+
+def test_a_leaf_that_is_called_after_a_rule_has_its_words():
+    names = DisplayNames.of(gl.Grammar.parse("Lot --> 50% : GreenSpace else : X.\nGreenSpace --> GreenSpace.").tree)
+    assert names.text("Lot ≠ GreenSpace") == "Lot ≠ Green space"

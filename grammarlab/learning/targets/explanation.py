@@ -30,6 +30,7 @@ from grammarlab.features.columns.formula_names import (
 from grammarlab.features.patterns.pattern import (
     ZERO,
     Apply,
+    Draw,
     Feature,
     Formula,
     Measure,
@@ -72,6 +73,8 @@ _KINDS_OF = "number of kinds of "
 """What names of columns begin with that count which alternatives of a part occur."""
 _THESE = "these: "
 """What names of columns without the number begin with that count things of which each is there or not."""
+_ALL_OF = ("and", "*", "/")
+"""Operations of things that are there or not, which hold if all of them are there."""
 _NUMBER = re.compile(r" \(\d+\)$")
 """What tells names of columns apart that would be equal."""
 _WITH = " with "
@@ -350,10 +353,14 @@ class _ColumnWords:
 
     @property
     def order(self) -> Ints:
-        """Columns, the described one of equivalent ones first: choices, then what rules make, then short names."""
+        """Columns, the described one of equivalent ones first.
+
+        Choices are first, then what rules make, what is there or not, and short names.
+        """
         names, is_chosen = self.table.names, self.simple | self._made_by_choice
         length = np.array([len(name.removeprefix(_NUMBER_OF)) for name in names], dtype=np.int64)
-        return np.lexsort((np.arange(len(names)), length, self._is_leaf, ~is_chosen)).astype(np.int64)
+        is_count = self.is_integer & (self.highest > 1.0)
+        return np.lexsort((np.arange(len(names)), length, is_count, self._is_leaf, ~is_chosen)).astype(np.int64)
 
     @property
     def simple(self) -> NDArray[np.bool_]:
@@ -431,7 +438,11 @@ class _ColumnWords:
         column, name = interval.column, self.table.names[interval.column]
         if compared := self._comparison(interval) or self._of_product(interval):
             return Statement(compared)
-        return self._choice(interval) if self._is_choice(column) else self._amount(name, interval)
+        return (
+            self._choice(interval)
+            if self._is_choice(column)
+            else self._amount(name, self.table.features[column], interval)
+        )
 
     def _comparison(self, interval: _Range) -> str:
         """What a bound near 0 on a difference says: ``a below b``; empty for other conditions."""
@@ -448,19 +459,26 @@ class _ColumnWords:
         return f"{text} holds" if text.startswith(RELATION) else text
 
     def _of_product(self, interval: _Range) -> str:
-        """What a number of things says that only counts beside a property; empty for other conditions."""
+        """What a number of things says that only counts beside properties; empty for other conditions."""
         feature = self.table.features[interval.column]
         if not isinstance(feature, Formula) or interval.low <= 0.0 or self._is_choice(interval.column):
             return ""
-        *terms, product = feature.steps
-        factors = [term.feature for term in terms if isinstance(term, Measure) and term.feature in self.table.features]
-        if not isinstance(product, Apply) or product.operation != "*" or len(factors) != len(terms) or len(terms) != 2:
+        factors = list(_factors(feature, feature.steps[-1]))
+        properties = [
+            said for factor in factors if self._is_property(factor) and (said := self._thing_said(factor, True))
+        ]
+        numbers = [factor for factor in factors if factor and not self._is_property(factor)]
+        if len(numbers) != 1 or len(properties) != len(factors) - 1 or not properties:
             return ""
-        columns = sorted(map(self.table.features.index, factors), key=lambda column: not self._is_choice(column))
-        if not self._is_choice(columns[0]):
-            return ""
-        numbers = replace(interval, column=columns[1])
-        return f"{self.condition(_Range(columns[0], 0.5, np.inf)).text}, {self.condition(numbers).text}"
+        number = numbers[0]
+        amount = self._amount(self.table.words[number], number, interval)
+        return ", ".join(said.text for said in (*properties, amount))
+
+    def _is_property(self, feature: Feature | None) -> bool:
+        """Whether designs have something or not: a branch of a draw, or a column of 0 and 1."""
+        if isinstance(feature, Draw):
+            return feature.branch is not None
+        return feature in self.table.features and self._is_choice(self.table.features.index(feature))
 
     def _is_choice(self, column: int) -> bool:
         """Whether a column is a property that designs have or not: its values are 0 and 1."""
@@ -496,7 +514,8 @@ class _ColumnWords:
     def _said(self, step: Step, formula: Formula, holds: bool) -> Statement | None:
         """What a step of a formula of things that are there or not says if it holds, or if not; None for anything else.
 
-        In a statement, a sum of numbers of things is above 0 if any of them is there, a product if all are.
+        In a statement, a sum of numbers of things is above 0 if any of them is there, a product or a quotient if all
+        are: a quotient of nothing is 0.
         """
         if isinstance(step, Measure):
             return self._thing_said(step.feature, holds)
@@ -505,8 +524,8 @@ class _ColumnWords:
         operands = [formula.steps[index] for index in step.operands]
         if step.operation == "not" or (step.operation == ">" and operands[1] == ZERO):
             return self._said(operands[0], formula, holds if step.operation == ">" else not holds)
-        if step.operation in ("and", "*", "or", "+"):
-            sign = "and" if (step.operation in ("and", "*")) == holds else "or"
+        if step.operation in (*_ALL_OF, "or", "+"):
+            sign = "and" if (step.operation in _ALL_OF) == holds else "or"
             parts = [self._said(operand, formula, holds) for operand in operands]
             known = [part for part in parts if part]
             if len(known) < len(parts):
@@ -535,6 +554,8 @@ class _ColumnWords:
         """That something is there, or is not; None for what is no part, choice or bound of a draw."""
         if isinstance(feature, Threshold):
             return Statement(threshold_words(feature, holds))
+        if isinstance(feature, Draw) and feature.branch is not None:
+            return Statement.of_choice(feature.site, IS if holds else IS_NOT, str(feature.branch))
         name = self.table.words[feature]
         if not isinstance(feature, Pattern | Present) or BESIDE in name or _WITH in name or _NO_CHOICE.search(name[4:]):
             return None
@@ -547,8 +568,14 @@ class _ColumnWords:
             return Statement.of_choice(place, IS if holds else IS_NOT, value)
         return Statement(f"{place} = {value} never")
 
-    def _amount(self, name: str, interval: _Range) -> Statement:
-        """How much of something designs have."""
+    def _amount(self, name: str, feature: Feature, interval: _Range) -> Statement:
+        """How much of something designs have.
+
+        Args:
+            name: name of the feature.
+            feature: what is counted or measured; the feature of the column, or a factor of it.
+            interval: range of the column.
+        """
         low, high = interval.low, interval.high
         if np.ceil(high) - 1.0 == self.lowest[interval.column] > 0.0:
             low = self.lowest[interval.column]  # less never occurs
@@ -558,13 +585,13 @@ class _ColumnWords:
             numbered = self._number_of(things, low, high) if self.highest[interval.column] <= len(things) else ""
             return Statement(numbered or f"{whole}{OF_THESE}{', '.join(map(_thing, things))}")
         place, arrow, value = name.rpartition(" → ")
-        is_choice = bool(arrow) and not isinstance(self.table.features[interval.column], Formula)
+        is_choice = bool(arrow) and not isinstance(feature, Formula)
         if is_choice and self.is_integer[interval.column]:
             if whole == "1 or more":
                 return Statement.of_choice(place, IS, value)
             often = {"none": "never", "1": "once"}
             return Statement(f"{place} = {value} {often.get(whole, f'{whole} times')}")
-        if isinstance(self.table.features[interval.column], Pattern) and not arrow:
+        if isinstance(feature, Pattern) and not arrow:
             thing = name.removeprefix(_NUMBER_OF)
             often = {"none": f"no {thing}", "1 or more": thing}
             return Statement(often.get(whole, f"{_NUMBER_OF if ' ' not in thing else ''}{thing}: {whole}"))
@@ -605,6 +632,15 @@ class _ColumnWords:
         if not np.isfinite(first):
             return "none" if last == 0.0 else f"at most {last:.0f}"
         return f"{first:.0f}" if first == last else f"{first:.0f} to {last:.0f}"
+
+
+def _factors(formula: Formula, step: Step) -> Iterator[Feature | None]:
+    """What a product multiplies; None for a factor that is not a feature."""
+    if isinstance(step, Apply) and step.operation == "*":
+        for index in step.operands:
+            yield from _factors(formula, formula.steps[index])
+    else:
+        yield step.feature if isinstance(step, Measure) else None
 
 
 def _thing(name: str) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 
@@ -34,9 +35,6 @@ NEGLIGIBLE_JS = 2e-4
 """Divergence in nats that rounder numbers are always worth; a tree this near needs no more leaves."""
 _SIZE_RATIOS = (1.0, 1.25, 1.6, 2.0, 3.0)
 """Ratios of the leaves of further candidates to the leaves of the smallest tree that is near enough."""
-_JS_FACTOR = 1.1
-"""Factor of the least divergence within which a smaller tree is taken, if none is within the tolerance: larger ones
-overfit."""
 SMALL_SHARES = (0.02, 0.005, 0.001)
 """Candidates for what may be left out, largest first: moves of a bound to be rounder, as shares of the range of a
 quantity, and probabilities of branches."""
@@ -138,8 +136,8 @@ def product(scores: Sequence[Floats]) -> Floats:
 def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> Iterator[Simplified]:
     """Simple functions near the scores, beginning with the smallest one within the tolerance.
 
-    If there is none, only the nearest one. Trees grow on two thirds of the designs, and are measured on the others,
-    since a large tree overfits.
+    If there is none, only the smallest one that is as near as the nearest one, within the tolerance. Trees grow on two
+    thirds of the designs, and are measured on the others, since a large tree overfits.
 
     Args:
         rows: [n, F] rows of the designs of a pool, in the units of the features.
@@ -154,9 +152,7 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
     ]
     near = [path for path in paths if path.smallest]
     if not near:
-        nearest = min(paths, key=lambda path: min(path.js))
-        size = int(np.flatnonzero(np.array(nearest.js) <= _JS_FACTOR * min(nearest.js))[-1]) + 1
-        yield nearest.simplified(nearest.preference(size))
+        yield min(paths, key=lambda path: min(path.js)).nearly_nearest()
         return
     for path in near:
         last = 0
@@ -168,7 +164,7 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
 
 
 def smallest(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> Simplified:
-    """The smallest function within the tolerance or, if there is none, nearly as near as the nearest one.
+    """The smallest function that is as near as the nearest one, within the tolerance.
 
     Args:
         rows: [n, F] rows of the designs of a pool; this and the others as in `simpler`.
@@ -177,10 +173,7 @@ def smallest(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_l
         columns: [C].
         max_leaves: largest number of leaves of a tree.
     """
-    path = _Path.grown(rows, scores, weights, columns, max_leaves)
-    limit = max(_TREE_TOLERANCE, _JS_FACTOR * min(path.js))
-    exact = path.preference(1 + next(size for size, js in enumerate(path.js) if js <= limit))
-    return path.rounded(exact, max(_TREE_TOLERANCE, path.distance(exact) + REST))
+    return _Path.grown(rows, scores, weights, columns, max_leaves).nearly_nearest()
 
 
 def simplified(rows: Floats, scores: Floats, weights: Floats, tree: Sequence[Split]) -> Simplified:
@@ -242,6 +235,13 @@ class _Path:
         tree = self.tree[: size - 1]
         leaf = leaves_of(tree, self.rows)
         return SimplifiedPreference(tree, means_of(leaf, size, self.scores, self.weights))
+
+    def nearly_nearest(self) -> Simplified:
+        """The smallest tree within the tolerance; if there is none, within so much of the nearest one."""
+        nearest = self.distance(self.preference(1 + int(np.argmin(self.js))))
+        limit = max(_TREE_TOLERANCE, nearest) if nearest <= TOLERANCE else nearest + _TREE_TOLERANCE
+        exact = next(tree for tree in map(self.preference, count(1)) if self.distance(tree) <= limit)
+        return self.rounded(exact, limit if nearest <= TOLERANCE else limit + REST)
 
     def simplified(self, preference: SimplifiedPreference) -> Simplified:
         return Simplified(preference.pruned(), self.distance(preference))

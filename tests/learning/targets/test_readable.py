@@ -10,6 +10,7 @@ from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.sampler import GrammarSampler
 from grammarlab.density.targets.accepted import AcceptedGrammar
 from grammarlab.derivation.derive import derive
+from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, Formula
 from grammarlab.features.patterns.pattern_text import parse
@@ -160,6 +161,47 @@ def test_percentages_move_before_a_rule_names_the_rest():
     assert any("acceptance rule" in note for note in found.notes)
     assert "// An acceptance rule keeps " in found.learned.text
     assert "acceptance rule" in repr(found)
+
+
+GAPS = """
+attr gap = 20% : 0 else : rand(3, 6)
+@StartRule
+Lot --> s(20, 0, 20) extrude(9 + gap) Mass Porch
+Mass --> split(x) { '(rand(0.2, 0.8)) : Wing | ~1 : Wing }
+Wing --> 50% : split(x) { '(rand(0.1, 0.9)) : Bay } else : Bay
+Porch --> 30% : Open. else : Closed.
+"""
+"""An attribute of two draws, and draws inside rules."""
+
+
+@pytest.mark.parametrize(
+    ("text", "is_mixed"), [("$gap#1:0", True), ("$Mass >= 0.5", True), ("$Wing#2 >= 0.5", True), ("{Porch:0}", False)]
+)
+def test_percentages_move_beside_a_rule_about_draws_of_attributes_and_of_rules_that_stay(text, is_mixed):
+    grammar = Grammar.parse(GAPS)
+    formula = Expression.parse(f"({text}) * ({{Porch:0}} > 0)").formula
+    forest = derive(grammar, 4_000, 5)
+    taste = 100.0 * count(forest, [formula])[:, 0]
+    found = made(lambda models: 100.0 * count(models, [formula])[:, 0], grammar, extra=(formula,))
+    learned = found.learned
+    assert isinstance(learned, AcceptedGrammar) is is_mixed
+    assert found.measured.after.js <= TOLERANCE
+    # What the text samples is what was meant: all liked, none of them rarer than before beside the others.
+    models = learned.sample(400, 2)
+    assert (count(models, [formula])[:, 0] > 0).all()
+    np.testing.assert_allclose(learned.ratio(forest), taste / taste.mean(), rtol=0.1)
+    if is_mixed:
+        assert learned.part is not None
+        assert learned.accept_rate > 2.5 * (taste > 0).mean()
+        assert "% : Open" not in learned.text or re.search(r"100% : Open|Porch -->\s+Open", learned.text)
+
+
+def test_percentages_of_a_rule_whose_draws_are_counted_stay():
+    grammar = Grammar.parse(GAPS)
+    formula = Expression.parse("($Wing#2 >= 0.5) * ({Wing:0} > 1)").formula
+    learned = made(lambda models: 100.0 * count(models, [formula])[:, 0], grammar, extra=(formula,)).learned
+    assert isinstance(learned, AcceptedGrammar)
+    assert (count(learned.sample(200, 2), [formula])[:, 0] > 0).all()
 
 
 def half_open(forest):

@@ -356,6 +356,38 @@ def test_a_number_that_counts_beside_a_property_is_told_with_it():
     assert words == Words(("Mast, number of Block: 3 or more (100; others 0)",), ())
 
 
+@pytest.mark.parametrize("properties", [1, 2])
+def test_a_number_beside_properties_is_told_with_them_where_it_is_no_column_of_its_own(properties):
+    rows = np.column_stack([coins(900, properties), np.random.default_rng(1).integers(0, 5, 900)])
+    value = rows.prod(axis=1)
+    features = tuple(Draw(name, 1) for name in ("tone", "finish")[:properties])
+    formula = Pattern("Floor")
+    for feature in features:
+        formula = Formula.of("*", feature, formula)
+    names = [f"{feature.site} = 1" for feature in features]
+    table = table_of(np.column_stack([rows[:, :-1], value]), [*names, "a product"])
+    table = replace(table, features=(*features, formula))
+    words = words_of(table, np.where(value >= 3, 100.0, 0.0), np.ones(900))
+    assert words.likes == (f"{', '.join(reversed(names))}, number of Floor: 3 or more (100; others 0)",)
+
+
+@pytest.mark.parametrize("operation", ["*", "/"])
+def test_products_and_quotients_of_things_that_are_there_or_not_say_that_all_are(operation):
+    rows = coins(600, 2)
+    features = (Pattern("Wall", branch=(0,)), Draw("tone", 1))
+    table = table_of(np.column_stack([rows, rows.prod(axis=1)]), ["Wall → Brick", "tone = 1", "both"])
+    table = replace(table, features=(*features, Formula.of(operation, *features)))
+    words = words_of(table, 100.0 * rows.prod(axis=1), np.ones(600))
+    assert words.likes in (("Wall = Brick and tone = 1 (100; others 0)",), ("Wall = Brick, tone = 1 (100; others 0)",))
+
+
+def test_what_is_there_or_not_is_named_rather_than_a_number_that_says_the_same():
+    rows = coins(600, 2)
+    table = table_of(np.column_stack([2.0 * rows[:, 0], rows]), ["number of Bay", "number of Balconies", "number of X"])
+    table = replace(table, features=(Pattern("Bay"), Pattern("Balconies"), Pattern("X")))
+    assert words_of(table, 100.0 * rows[:, 0], np.ones(600)).likes == ("Balconies (100; others 0)",)
+
+
 def test_the_least_number_that_occurs_is_told_as_it_is():
     rows = np.random.default_rng(1).integers(1, 4, (600, 1)).astype(np.float64)
     words = words_of(table_of(rows, ["number of kinds of Block"]), np.where(rows[:, 0] < 2, 100.0, 0.0), np.ones(600))
