@@ -313,7 +313,7 @@ def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[st
     yield from ((key, word) for key, word in zip(keys, words * 2, strict=False) if word and counts[key] == 1)
 
 
-def _value(node: Node) -> str:
+def _value(node: Choice) -> str:
     """A value in words: a text, a truth value, a name, a number, or a range of numbers; empty for anything else."""
     if isinstance(node, String):
         return node.value

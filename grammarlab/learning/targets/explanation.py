@@ -464,17 +464,14 @@ class _ColumnWords:
         if not isinstance(feature, Formula) or interval.low <= 0.0 or self._is_choice(interval.column):
             return ""
         factors = list(_factors(feature, feature.steps[-1]))
-        properties = [
-            said for factor in factors if self._is_property(factor) and (said := self._thing_said(factor, True))
-        ]
-        numbers = [factor for factor in factors if factor and not self._is_property(factor)]
+        numbers = [factor for factor in factors if factor is not None and not self._is_property(factor)]
+        parts = [self._thing_said(factor, True) for factor in factors if factor is not None and factor not in numbers]
+        properties = [part.text for part in parts if part is not None]
         if len(numbers) != 1 or len(properties) != len(factors) - 1 or not properties:
             return ""
-        number = numbers[0]
-        amount = self._amount(self.table.words[number], number, interval)
-        return ", ".join(said.text for said in (*properties, amount))
+        return ", ".join([*properties, self._amount(self.table.words[numbers[0]], numbers[0], interval).text])
 
-    def _is_property(self, feature: Feature | None) -> bool:
+    def _is_property(self, feature: Feature) -> bool:
         """Whether designs have something or not: a branch of a draw, or a column of 0 and 1."""
         if isinstance(feature, Draw):
             return feature.branch is not None

@@ -186,11 +186,12 @@ def test_percentages_move_beside_a_rule_about_draws_of_attributes_and_of_rules_t
     learned = found.learned
     assert isinstance(learned, AcceptedGrammar) is is_mixed
     assert found.measured.after.js <= TOLERANCE
+    assert isinstance(learned, AcceptedGrammar | LearnedGrammar)
     # What the text samples is what was meant: all liked, none of them rarer than before beside the others.
     models = learned.sample(400, 2)
     assert (count(models, [formula])[:, 0] > 0).all()
     np.testing.assert_allclose(learned.ratio(forest), taste / taste.mean(), rtol=0.1)
-    if is_mixed:
+    if isinstance(learned, AcceptedGrammar):
         assert learned.part is not None
         assert learned.accept_rate > 2.5 * (taste > 0).mean()
         assert "% : Open" not in learned.text or re.search(r"100% : Open|Porch -->\s+Open", learned.text)
