@@ -1,11 +1,11 @@
 """CPU time and memory of derivations and how they grow: ``python -m benchmarks.measure_growth [--against CHECKOUT]``.
 
-The cases have the shapes of packages that cannot be shipped: walls of thousands of leaves from a few meshes, and
-thousands of mirrored inserts. Time is the least of several derivations, in CPU seconds of one core; memory is the most
-that arrays and objects take at once, the forest included, without the interpreter and the libraries. With another
-checkout, both are measured in turn, each in a process of its own, and the ratios are those of this run; `bench_derive`
-has the ratio to the interpreter that derives shape by shape. The exponent of growth is that of the line through the
-logarithms of number and time, or memory: 1 is linear.
+The cases have the shapes of packages that cannot be shipped: walls of thousands of leaves from a few meshes, with and
+without textures, thousands of mirrored inserts, and a temple of round stones. Time is the least of several
+derivations, in CPU seconds of one core; memory is the most that arrays and objects take at once, the forest included,
+without the interpreter and the libraries. With another checkout, both are measured in turn, each in a process of its
+own, and the ratios are those of this run; `bench_derive` has the ratio to the interpreter that derives shape by
+shape. The exponent of growth is that of the line through the logarithms of number and time, or memory: 1 is linear.
 """
 
 from __future__ import annotations
@@ -13,16 +13,19 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
 import tracemalloc
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.grammars import DRESSED, MIRRORED, SMALL, TEXTURED, VARIED
+import grammarlab
+from benchmarks.grammars import DRESSED, MIRRORED, SMALL, TEMPLE, TEXTURED, VARIED
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.derivation import compile_grammar, derive
 from grammarlab.derivation.forest import Forest
@@ -42,12 +45,19 @@ _REPEATS, _SECONDS = 9, 2.0
 _ROUNDS = 3
 """Turns of two checkouts."""
 _STOREYS = (6, 12, 24, 48, 96)
-_BATCHES = (1, 16, 64, 256)
+_BATCHES = (16, 64, 256)
 _LARGE_BATCHES = (1_000, 3_000, 10_000)
 _KINDS = (75, 150, 300, 600)
 """Numbers of different bays among 600."""
 _POOL = 20_000
 """Designs of a pool: four times the usual number."""
+_STAND_INS = {
+    "4,700 leaves of few meshes": DRESSED,
+    "3,000 mirrored inserts": MIRRORED,
+    "3,400 leaves with textures": TEXTURED,
+    "a temple of 81,000 vertices": TEMPLE,
+}
+"""Rules with the shapes of large packages."""
 
 
 def cpu_seconds(job: Callable[[], object]) -> float:
@@ -102,13 +112,25 @@ def of_pool(name: str) -> dict[str, float]:
     return {f"{name}, pool of {_POOL:,}, {what}": 1e3 * cpu_seconds(job) / _POOL for what, job in jobs.items()}
 
 
+def first_model() -> float:
+    """Least CPU seconds of a process that imports the package and derives one model of `toy`."""
+    command = [sys.executable, "-P", "-c", "import grammarlab as gl; gl.derive(gl.load('toy'), 1, 1)"]
+    environment = {**os.environ, "PYTHONPATH": str(Path(grammarlab.__file__).parent.parent)}
+    times: list[float] = []
+    for _ in range(_ROUNDS):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run(command, env=environment, check=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return min(times)
+
+
 def measured() -> dict[str, float]:
     """Milliseconds a model of each case."""
-    cases: dict[str, tuple[Callable[[], Forest], int]] = {}
-    for name, text in (("4,700 leaves of few meshes", DRESSED), ("3,000 mirrored inserts", MIRRORED)):
-        cases |= {f"{name}, batch of {number}": (of_text(text, number), number) for number in (1, 16)}
-    cases |= {
-        f"3,400 leaves with textures, batch of {number}": (of_text(TEXTURED, number), number) for number in (1, 64)
+    cases: dict[str, tuple[Callable[[], Forest], int]] = {
+        f"{name}, batch of {number}": (of_text(text, number), number)
+        for name, text in _STAND_INS.items()
+        for number in (1, 16, 64)
     }
     cases["75 leaves, one model"] = (of_text(SMALL, 1), 1)
     for name in ("building", "skyscraper", "toy"):
@@ -117,14 +139,26 @@ def measured() -> dict[str, float]:
         }
     cases["building, batch of 1,000, no leaves"] = (of_shipped("building", 1000, leaves=False), 1000)
     result = {name: 1e3 * cpu_seconds(job) / number for name, (job, number) in cases.items()}
-    dressed, textured = of_text(DRESSED, 16), of_text(TEXTURED, 64)
-    result["4,700 leaves of few meshes, batch of 16, triangles"] = (
-        1e3 * cpu_seconds(lambda: triangles(realize(dressed()))) / 16
-    )
-    result["3,400 leaves with textures, batch of 64, triangles"] = (
-        1e3 * cpu_seconds(lambda: triangles(realize(textured()))) / 64
-    )
+    for name, text in _STAND_INS.items():
+        job = of_text(text, 64)
+        result[f"{name}, batch of 64, triangles"] = 1e3 * cpu_seconds(partial(_triangles, job)) / 64
+    result["toy, first model with the import"] = 1e3 * first_model()
     return result | of_pool("building")
+
+
+def _triangles(job: Callable[[], Forest]) -> object:
+    return triangles(realize(job()))
+
+
+def rates() -> dict[str, float]:
+    """Models, nodes and leaves of a batch of 1,000 `building` in one second."""
+    job = of_shipped("building", 1000)
+    forest, seconds = job(), cpu_seconds(job)
+    return {
+        "models of building": 1000 / seconds,
+        "nodes of building": len(forest.nodes.model) / seconds,
+        "leaves of building": len(forest.leaves) / seconds,
+    }
 
 
 def memory() -> dict[str, float]:
@@ -152,8 +186,9 @@ def growth() -> dict[str, float]:
     batches = [of_shipped("building", number) for number in _LARGE_BATCHES]
     result["models of a batch, building"] = exponent(_LARGE_BATCHES, [cpu_seconds(job) for job in batches])
     result["models of a batch, building, memory"] = exponent(_LARGE_BATCHES, [megabytes(job) for job in batches])
-    for name, text in (("models of a batch, leaves", DRESSED), ("models of a batch, inserts", MIRRORED)):
-        result[name] = exponent(_BATCHES[1:], [cpu_seconds(of_text(text, number)) for number in _BATCHES[1:]])
+    for name, text in _STAND_INS.items():
+        times = [cpu_seconds(of_text(text, number)) for number in _BATCHES]
+        result[f"models of a batch, {name}"] = exponent(_BATCHES, times)
     return result
 
 
@@ -193,10 +228,12 @@ def main() -> None:
         for cases, unit in ((measured(), _UNITS["measured"]), (memory(), _UNITS["memory"])):
             for name, value in cases.items():
                 print(f"{name:52} {value:9.3f} {unit}")
+        for name, value in rates().items():
+            print(f"{name:52} {value:9,.0f} a second")
     else:
         compare(other)
     for name, power in growth().items():
-        print(f"exponent over {name:38} {power:5.2f}")
+        print(f"exponent over {name:50} {power:5.2f}")
 
 
 if __name__ == "__main__":
