@@ -1,5 +1,7 @@
 """Which answers count: all of one person, the later ones after a change of taste, and what two people have together."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,8 @@ from grammarlab.learning.answers import Answers
 from grammarlab.learning.heard import Heard, heard
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import init, step
-from grammarlab.learning.targets.unknown_part import knowledge_of
+from grammarlab.learning.targets.unknown_part import CHANCE, MIN_LABELS, knowledge_of
+from grammarlab.preference.blended import BlendedPreference
 from tests.learning.bits import study_of
 
 NUM, CHANGE = 64, 30
@@ -91,6 +94,33 @@ def test_the_state_has_what_was_heard_and_says_so(state):
     assert np.array_equal(predicted(state), predicted(same))
     assert knowledge_of(STUDY, state)[0] == str(state.heard["overall"])
     assert not any("contradict" in line for line in knowledge_of(STUDY, same))
+
+
+@pytest.mark.parametrize(
+    ("num", "unexplained", "explained", "sentence"),
+    [
+        (NUM, 0.0, 0.004, CHANCE),
+        (NUM, 0.7, 0.0, f"Not enough yet: 70% of the original is kept. {CHANCE}"),
+        (
+            NUM,
+            0.7,
+            0.2,
+            "Not enough yet: 70% of the original is kept (what was found explains 20% of held-out scores).",
+        ),
+        (NUM, 1.0, 0.0, "No pattern yet: the original is kept."),
+        (NUM, 0.0, 0.006, ""),
+        (NUM, 0.0, None, ""),
+        (MIN_LABELS - 1, 0.0, 0.0, ""),
+        (MIN_LABELS, 0.0, 0.0, CHANCE),
+    ],
+)
+def test_what_explains_no_held_out_score_may_be_chance(num, unexplained, explained, sentence):
+    known = step(STUDY, init(STUDY), [Answers("overall", DESIGNS[:num], FIRST[:num])])
+    preference = known.preferences["overall"]
+    assert isinstance(preference, BlendedPreference)
+    preference = replace(preference, unexplained=unexplained, explained_variance=explained)
+    known = replace(known, preferences={"overall": preference})
+    assert knowledge_of(STUDY, known) == ((sentence,) if sentence else ())
 
 
 def test_answers_in_steps_are_heard_as_answers_at_once(state):

@@ -436,6 +436,8 @@ class _ColumnWords:
     def condition(self, interval: _Range) -> Statement:
         """One condition."""
         column, name = interval.column, self.table.names[interval.column]
+        if alternatives := self._alternatives(interval):
+            return alternatives
         if compared := self._comparison(interval) or self._of_product(interval):
             return Statement(compared)
         return (
@@ -443,6 +445,28 @@ class _ColumnWords:
             if self._is_choice(column)
             else self._amount(name, self.table.features[column], interval)
         )
+
+    def _alternatives(self, interval: _Range) -> Statement | None:
+        """Which alternatives a range of their numbers leaves, or excludes; None for other conditions."""
+        feature = self.table.features[interval.column]
+        if not isinstance(feature, Formula):
+            return None
+        *_, choice = feature.steps
+        if not isinstance(choice, Apply) or choice.operation != "which":
+            return None
+        numbered = enumerate((feature.steps[index] for index in choice.operands), 1)
+        numbers = {number: step.feature for number, step in numbered if isinstance(step, Measure)}
+        has_none = self.lowest[interval.column] < 1.0 and interval.low <= 0.0 < interval.high
+        # Where none of them is possible, only the others are denied.
+        parts = [
+            self._thing_said(alternative, not has_none)
+            for number, alternative in numbers.items()
+            if (interval.low <= number < interval.high) != has_none
+        ]
+        known = [part for part in parts if part is not None]
+        if not known or len(known) < len(parts):
+            return None
+        return all_of(known) if has_none and len(known) > 1 else any_of(known)
 
     def _comparison(self, interval: _Range) -> str:
         """What a bound near 0 on a difference says: ``a below b``; empty for other conditions."""

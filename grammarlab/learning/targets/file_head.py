@@ -8,18 +8,15 @@ from textwrap import wrap
 
 from grammarlab.about import __version__
 from grammarlab.learning.targets.simplification import Predicted, SimplifiedFactor
+from grammarlab.learning.targets.unknown_part import CHANCE, MIN_LABELS, is_chance
 
 _WIDTH = 112
 """Largest number of characters of a line, without comment marks; longer words are not broken."""
 _MAX_CHARACTERS = 600
 """Largest number of characters of one kind of designs; names of symbols can have any length."""
-_MIN_LABELS = 32
-"""Least number of scores from which a share of held-out ones is given; of fewer scores, these are a handful."""
 _ADDS = re.compile(r"\([+-]\d+\)$")
 """Points at the end of a kind: ``Door (+20)``."""
 _INDENT = "  "
-_CHANCE = "No held-out score is explained, so what is said here may be chance; more scores will show."
-"""Before kinds of designs that held-out scores do not confirm."""
 _FIRST = "Learned by grammarlab "
 """First words of a head."""
 
@@ -52,7 +49,7 @@ def _taste(predicted: Predicted) -> Iterator[str]:
     for sentence in words.voices:
         yield from wrap(plain(sentence), _WIDTH, break_long_words=False)
     if (words.likes or words.dislikes) and any(map(_is_chance, predicted.factors)):
-        yield _CHANCE
+        yield CHANCE
     for title, kinds in (("Likes", words.likes), ("Does not like", words.dislikes)):
         if kinds:
             adds = all(map(_ADDS.search, kinds))
@@ -93,12 +90,12 @@ def _sentences(factor: SimplifiedFactor) -> str:
 
 def _is_known(factor: SimplifiedFactor) -> bool:
     """Whether the share of explained scores is said."""
-    return factor.explained is not None and factor.num_labels - factor.num_comparisons >= _MIN_LABELS
+    return factor.explained is not None and factor.num_labels - factor.num_comparisons >= MIN_LABELS
 
 
 def _is_chance(factor: SimplifiedFactor) -> bool:
     """Whether nothing is explained of many scores: what was learned can be a pattern of these scores alone."""
-    return _is_known(factor) and factor.unexplained < 1.0 and f"{factor.explained:.0%}" == "0%"
+    return _is_known(factor) and is_chance(factor.unexplained, factor.explained)
 
 
 def without_earlier_head(text: str) -> str:

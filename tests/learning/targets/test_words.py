@@ -381,6 +381,23 @@ def test_products_and_quotients_of_things_that_are_there_or_not_say_that_all_are
     assert words.likes in (("Wall = Brick and tone = 1 (100; others 0)",), ("Wall = Brick, tone = 1 (100; others 0)",))
 
 
+@pytest.mark.parametrize(
+    ("least", "liked", "likes", "dislikes"),
+    [
+        (1, (1, 2), ("Ground = alternative 1 / alternative 2 (100; others 0)",), ()),
+        (1, (3,), ("Ground = alternative 3 (100; others 0)",), ()),
+        (0, (2, 3), ("Ground = alternative 2 / alternative 3 (100; others 0)",), ()),
+        (0, (0, 1), (), ("Ground = alternative 2 / alternative 3 (0; others 100)",)),
+    ],
+)
+def test_numbers_of_alternatives_are_told_as_the_alternatives(least, liked, likes, dislikes):
+    numbers = np.random.default_rng(1).integers(least, 4, (900, 1)).astype(np.float64)
+    formula = Formula.of("which", *(Pattern("Ground", branch=(branch,)) for branch in range(3)))
+    table = replace(table_of(numbers, ["Ground"]), features=(formula,))
+    words = words_of(table, 100.0 * np.isin(numbers[:, 0], liked), np.ones(900))
+    assert (words.likes, words.dislikes) == (likes, dislikes)
+
+
 def test_what_is_there_or_not_is_named_rather_than_a_number_that_says_the_same():
     rows = coins(600, 2)
     table = table_of(np.column_stack([2.0 * rows[:, 0], rows]), ["number of Bay", "number of Balconies", "number of X"])
