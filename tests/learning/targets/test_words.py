@@ -394,7 +394,7 @@ def test_numbers_of_alternatives_are_told_as_the_alternatives(least, liked, like
     numbers = np.random.default_rng(1).integers(least, 4, (900, 1)).astype(np.float64)
     formula = Formula.of("which", *(Pattern("Ground", branch=(branch,)) for branch in range(3)))
     table = replace(table_of(numbers, ["Ground"]), features=(formula,))
-    words = words_of(table, 100.0 * np.isin(numbers[:, 0], liked), np.ones(900))
+    words = words_of(table, np.where(np.isin(numbers[:, 0], liked), 100.0, 0.0), np.ones(900))
     assert (words.likes, words.dislikes) == (likes, dislikes)
 
 
