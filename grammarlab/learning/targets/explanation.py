@@ -436,8 +436,8 @@ class _ColumnWords:
     def condition(self, interval: _Range) -> Statement:
         """One condition."""
         column, name = interval.column, self.table.names[interval.column]
-        if alternatives := self._alternatives(interval):
-            return alternatives
+        if statement := self._alternatives(interval) or self._every_summand(interval):
+            return statement
         if compared := self._comparison(interval) or self._of_product(interval):
             return Statement(compared)
         return (
@@ -463,10 +463,32 @@ class _ColumnWords:
             for number, alternative in numbers.items()
             if (interval.low <= number < interval.high) != has_none
         ]
-        known = [part for part in parts if part is not None]
-        if not known or len(known) < len(parts):
+        statements = [part for part in parts if part is not None]
+        if not statements or len(statements) < len(parts):
             return None
-        return all_of(known) if has_none and len(known) > 1 else any_of(known)
+        return all_of(statements) if has_none and len(statements) > 1 else any_of(statements)
+
+    def _every_summand(self, interval: _Range) -> Statement | None:
+        """That all things are there of which a sum counts how many are, or are not; None for other conditions."""
+        feature = self.table.features[interval.column]
+        if (
+            not isinstance(feature, Formula)
+            or not isinstance(last := feature.steps[-1], Apply)
+            or last.operation != "+"
+        ):
+            return None
+        operands = [feature.steps[index] for index in last.operands]
+        read = [step.feature for step in feature.steps if isinstance(step, Measure)]
+        if interval.low <= len(operands) - 1.0 or not all(map(self._is_property, read)):
+            return None
+        is_named = [
+            isinstance(step, Measure) or (isinstance(step, Apply) and step.operation == "not") for step in operands
+        ]
+        parts = [self._said(operand, feature, True) for operand in operands]
+        statements = [part for part in parts if part is not None]
+        return (
+            all_of(statements) if all(is_named) and len(statements) == len(parts) and len(read) == len(parts) else None
+        )
 
     def _comparison(self, interval: _Range) -> str:
         """What a bound near 0 on a difference says: ``a below b``; empty for other conditions."""

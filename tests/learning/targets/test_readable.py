@@ -197,14 +197,6 @@ def test_percentages_move_beside_a_rule_about_draws_of_attributes_and_of_rules_t
         assert "% : Open" not in learned.text or re.search(r"100% : Open|Porch -->\s+Open", learned.text)
 
 
-def test_percentages_of_a_rule_whose_draws_are_counted_stay():
-    grammar = Grammar.parse(GAPS)
-    formula = Expression.parse("($Wing#2 >= 0.5) * ({Wing:0} > 1)").formula
-    learned = made(lambda models: 100.0 * count(models, [formula])[:, 0], grammar, extra=(formula,)).learned
-    assert isinstance(learned, AcceptedGrammar)
-    assert (count(learned.sample(200, 2), [formula])[:, 0] > 0).all()
-
-
 def half_open(forest):
     return 20.0 + 60.0 * (counts(forest, "Porch:0") > 0) + 0.02 * counts(forest, "Wall:0")
 

@@ -18,7 +18,7 @@ from grammarlab.language.display_names import DisplayNames
 from grammarlab.learning.designs.design_tables import Columns, DesignTable
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init
-from grammarlab.learning.targets.explanation import MAX_PARTS, Words, words_of
+from grammarlab.learning.targets.explanation import MAX_PARTS, Words, _ColumnWords, _Range, words_of
 from grammarlab.runs.sample.sources import load_source
 from tests.cases import takes_turns
 
@@ -396,6 +396,18 @@ def test_numbers_of_alternatives_are_told_as_the_alternatives(least, liked, like
     table = replace(table_of(numbers, ["Ground"]), features=(formula,))
     words = words_of(table, np.where(np.isin(numbers[:, 0], liked), 100.0, 0.0), np.ones(900))
     assert (words.likes, words.dislikes) == (likes, dislikes)
+
+
+def test_a_full_sum_of_things_that_are_there_or_not_says_that_all_are():
+    rows = coins(600, 2)
+    features = (Pattern("Wall", branch=(0,)), Draw("tone", 1))
+    value = rows[:, 0] + (1.0 - rows[:, 1])
+    formula = Formula.of("+", features[0], Formula.of("not", features[1]))
+    table = table_of(np.column_stack([rows, value]), ["Wall → Brick", "tone = 1", "Wall → Brick + (not tone = 1)"])
+    table = replace(table, features=(*features, formula))
+    condition = _ColumnWords(table, table.values(600), DisplayNames({}, {}, {})).condition
+    assert condition(_Range(2, 1.5, np.inf)).text == "Wall = Brick and tone ≠ 1"
+    assert condition(_Range(2, 0.5, np.inf)).text != "Wall = Brick and tone ≠ 1"
 
 
 def test_what_is_there_or_not_is_named_rather_than_a_number_that_says_the_same():
