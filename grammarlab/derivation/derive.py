@@ -56,10 +56,17 @@ _FLAT_SHARE = 1e-9
 NODES_PER_CHUNK = 1_000_000
 """Approximate number of nodes that `derive_chunks` holds at once, a budget: some 120 MB. With fewer, the calls per rule
 take half of the time where rules are many and models large."""
+_MESHES_IN_REACH = 100_000
+"""Number of different meshes that are made in about half a minute."""
+_MESHES_PER_CHUNK = _MESHES_IN_REACH // 5
+"""Approximate number of different meshes that `derive_chunks` makes at once, a budget of some seconds: who waits hears
+of each chunk."""
 _BARE_NODES = 2
 """Number of nodes without leaves that take at most the memory of one with its leaves."""
 _FIRST_CHUNK = 32
 """Number of models of the first chunk, whose nodes determine the size of the others."""
+_NUM_ESTIMATED = 8
+"""Number of models from which the meshes of one are estimated."""
 
 
 class LotOptions(TypedDict, total=False):
@@ -219,7 +226,8 @@ def derive_chunks(
         grammar: the grammar, see `derive`.
         num_models: number of models of a seed, or lots.
         seed: 0 <= seed < 2**64, with a number of models.
-        nodes_per_chunk: approximate number of nodes per forest, without leaves twice as many; at least one model.
+        nodes_per_chunk: approximate number of nodes per forest, without leaves twice as many; at least one model. There
+            are fewer where models are made of many different meshes.
         assets: folder of meshes and images; all chunks share the cached files.
         budget: bounds on the size of one model.
         leaves: whether to record leaves, see `derive`.
@@ -235,8 +243,22 @@ def derive_chunks(
         forest = derive(program, lots.take(rows), assets=folder, budget=budget, leaves=leaves)
         yield forest
         done += size
-        per_model = max(1.0, len(forest.nodes) / size)
-        size = min(len(lots) - done, max(1, int(nodes_per_chunk / per_model)))
+        by_nodes = nodes_per_chunk / max(1.0, len(forest.nodes) / size)
+        by_meshes = _MESHES_PER_CHUNK * size / max(1, len(forest.meshes))
+        size = min(len(lots) - done, max(1, int(min(by_nodes, by_meshes))))
+
+
+def models_in_reach(program: Program, assets: AssetFolder | None) -> float:
+    """Number of models whose derivation takes about half a minute, by the meshes of some models of the seed 0.
+
+    Where meshes are cut, cleaned or asked about, each alone, time grows with the number of different meshes, whatever
+    the number of nodes. It does not depend on the machine.
+
+    Raises:
+        GrammarlabError: As `derive`.
+    """
+    forest = derive(program, _NUM_ESTIMATED, 0, assets=assets, leaves=False)
+    return _MESHES_IN_REACH * _NUM_ESTIMATED / max(len(forest.meshes), 1)
 
 
 def initial_shapes(lots: Lots, frames: FrameTable, meshes: MeshTable) -> Shapes:

@@ -16,6 +16,8 @@ MAX_PATH_LENGTH = 4
 """Largest number of edges of a path."""
 POOL_SIZE = 5000
 """Default size of the pool, before it is widened for rare designs."""
+LEAST_POOL = 500
+"""Smallest size of a pool of designs that take long to make, unless another is asked for."""
 
 
 @dataclass(frozen=True, slots=True)

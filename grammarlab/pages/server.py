@@ -31,6 +31,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from grammarlab.errors import AssetError, UsageError
 from grammarlab.files import file_below, read_bounded
+from grammarlab.option_names import with_options
 from grammarlab.pages import STATIC
 from grammarlab.pages.windows import Message, Send
 
@@ -342,7 +343,12 @@ class _SocketHandler(_GuardedHandler, WebSocketHandler):
         return True
 
     def send(self, message: Message, buffers: Sequence[bytes]) -> None:
-        """Sends a message to the page; called on the session's thread."""
+        """Sends a message to the page; called on the session's thread.
+
+        A refusal names options instead of arguments: pages are opened by commands, and notebooks have no server.
+        """
+        if isinstance(message.get("error"), str):
+            message = message | {"error": with_options(message["error"])}
         text = json.dumps(message | {"buffers": len(buffers)}, allow_nan=False)
         self._loop.add_callback(self._put, (text, *buffers), is_answer="ok" in message)
 

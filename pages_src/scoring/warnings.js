@@ -1,29 +1,34 @@
 import { element, iconButton } from "../shared/element.js";
 
+const SPOKEN = 1000; // ms after which what is read out leaves the page, where it can be read below
+
 /**
- * Warnings about what the rules passed over, in one note that stays: many would cover what is scored. The newest one is
- * read out, and the others are below it, newest first.
+ * Warnings about what the rules passed over, in one note that stays: many would cover what is scored. Each is read out
+ * once; the newest one is in sight, and the others are below it, newest first.
  *
  * @param {() => void} handOn gives the focus to something else when the note goes
  */
 export function makeWarnings(handOn) {
-  const newest = element("span", { role: "alert" });
+  const newest = element("span", { class: "gl-newest" });
+  const spoken = element("div", { class: "gl-unseen", role: "alert" });
   const summary = element("summary");
   const list = element("ol");
   const others = element("details", { hidden: true }, summary, list);
   const note = element(
     "div",
     { class: "gl-note gl-bad gl-warnings", hidden: true },
-    element("div", {}, newest, others),
+    element("div", {}, newest, spoken, others),
     iconButton("close", "Dismiss", dismiss),
   );
   /** @type {Set<string>} all so far, the dismissed ones among them, which do not come again */
   const known = new Set();
+  let timer = 0;
 
   function dismiss() {
     note.hidden = others.hidden = true;
     others.open = false;
     newest.textContent = "";
+    spoken.replaceChildren();
     list.replaceChildren();
     handOn();
   }
@@ -40,6 +45,9 @@ export function makeWarnings(handOn) {
         if (newest.textContent) list.prepend(element("li", {}, newest.textContent));
         newest.textContent = warning;
       }
+      spoken.replaceChildren(...fresh.map((warning) => element("p", {}, warning)));
+      clearTimeout(timer);
+      timer = setTimeout(() => spoken.replaceChildren(), SPOKEN);
       note.hidden = false;
       const more = list.childElementCount;
       others.hidden = !more;

@@ -9,33 +9,52 @@ export function makeNotes() {
   const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
   const complaints = element("div", { class: "gl-notes", role: "alert" });
   const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
+  const corner = element("div", { class: "gl-corner" }, notes, complaints);
+  /** @type {HTMLElement | null} what had the focus before the notes got it */
+  let before = null;
+  corner.addEventListener("focusin", ({ relatedTarget }) => {
+    if (relatedTarget instanceof HTMLElement && !corner.contains(relatedTarget)) before = relatedTarget;
+  });
+
+  /** Who has the focus on a note goes on to another one, or back to where they came from. @param {Element} box */
+  function remove(box) {
+    const hadFocus = box.matches(":focus-within");
+    box.remove();
+    /** @type {HTMLElement | null} */
+    const another = corner.querySelector(".gl-note:not([hidden]) > button");
+    if (hadFocus) (another ?? before)?.focus();
+  }
 
   /** @param {HTMLElement} where @param {string} text @param {string} style */
   function note(where, text, style) {
-    for (const box of where.children) if (box.textContent === text) box.remove();
+    for (const box of where.children) if (box.textContent === text) remove(box);
     const box = element(
       "div",
       { class: `gl-note ${style}` },
       element("span", {}, text),
-      iconButton("close", "Dismiss", () => box.remove()),
+      iconButton("close", "Dismiss", () => remove(box)),
     );
     where.append(box);
-    while (where.childElementCount > MOST) where.firstElementChild?.remove();
+    while (where.childElementCount > MOST && where.firstElementChild) remove(where.firstElementChild);
     return box;
   }
 
   return {
     banner,
-    element: element("div", { class: "gl-corner" }, notes, complaints),
+    element: corner,
     /** @param {string} text */
     say(text) {
       const box = note(notes, text, "");
-      setTimeout(() => box.remove(), PASSING);
+      setTimeout(() => remove(box), PASSING);
     },
     /** @param {unknown} error or words */
-    complain: (error) => note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    complain(error) {
+      note(complaints, error instanceof Error ? error.message : String(error), "gl-bad");
+    },
     /** What is complained about is over. */
-    calm: () => complaints.replaceChildren(),
+    calm() {
+      for (const box of [...complaints.children]) remove(box);
+    },
     /** What lasts; empty for nothing. @param {string} text */
     announce(text) {
       banner.hidden = !text;

@@ -37,6 +37,9 @@ class Echo:
         assert isinstance(message, dict)
         if message.get("silent"):
             return
+        if message.get("refuse"):
+            send({"id": message.get("id"), "ok": False, "error": message["refuse"]}, ())
+            return
         send({"id": message.get("id"), "ok": True, "result": "x" * message.get("size", 1)}, buffers)
 
     def listen(self, send: Send) -> Callable[[], None]:
@@ -165,6 +168,16 @@ def test_requests_beyond_a_number_wait_until_others_are_answered(monkeypatch: py
         assert await window.is_closed()
 
     visit(IMPATIENT, visitor)
+
+
+def test_refusals_name_options():
+    async def visitor(page: Visited, _echo: Echo) -> None:
+        window = await page.connect()
+        await window.send({"id": 1, "refuse": "give `stored_grammar=True`, or `oak`"})
+        answer, _ = await window.hear(lambda message: message.get("id") == 1)
+        assert answer["error"] == "give --stored-grammar, or `oak`"
+
+    visit(PAGE, visitor)
 
 
 def test_connections_beyond_a_number_are_closed_at_once(monkeypatch: pytest.MonkeyPatch):

@@ -14,14 +14,14 @@ from grammarlab.arrays import BATCH, Floats, Ints
 from grammarlab.asset_roots import AssetRoot
 from grammarlab.assets.mesh_files import AssetFolder
 from grammarlab.density.targets.rejection import PILOT_MODELS
-from grammarlab.derivation.derive import derive, derive_chunks
+from grammarlab.derivation.derive import derive, derive_chunks, models_in_reach
 from grammarlab.derivation.expressions import number_grammar
 from grammarlab.derivation.forest import Forest, origin_of, way_to
 from grammarlab.derivation.lots import DEFAULT_FOOTPRINT, Footprint, Lots
 from grammarlab.derivation.program import Program
 from grammarlab.derivation.selection import join_forests, select_models
 from grammarlab.derivation.state.width_attribute import STREET_WIDTH
-from grammarlab.errors import UsageError, shown
+from grammarlab.errors import GrammarlabError, UsageError, shown
 from grammarlab.features.acceptance import Acceptance
 from grammarlab.features.accepted_grammar import AcceptedGrammar
 from grammarlab.features.columns.feature_table import FeatureTable
@@ -40,7 +40,7 @@ from grammarlab.learning.designs.addresses import Address, hashes_of
 from grammarlab.learning.designs.contrasts import choice_of, contrasted
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, AbstractParts, Realized
 from grammarlab.learning.designs.flattening import Flattened, flattened
-from grammarlab.learning.settings import MAX_PATH_LENGTH, FeatureOptions
+from grammarlab.learning.settings import LEAST_POOL, MAX_PATH_LENGTH, POOL_SIZE, FeatureOptions
 from grammarlab.scene.instances import realize
 from grammarlab.scene.triangles import leaf_of_triangle
 
@@ -113,6 +113,13 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
     def acceptance(self) -> Acceptance | None:
         """The acceptance rule of the file; None if it keeps all models; see `AcceptedGrammar.acceptance`."""
         return self._accepted.acceptance
+
+    @property
+    def pool_size(self) -> int:
+        try:
+            return int(np.clip(models_in_reach(self.program, self.folder), LEAST_POOL, POOL_SIZE))
+        except GrammarlabError:  # as whoever needs the models is told
+            return POOL_SIZE
 
     @property
     def display_names(self) -> DisplayNames:

@@ -20,7 +20,7 @@ from grammarlab.features.patterns.pattern import Feature
 from grammarlab.learning.designs.addresses import Address, hashes_of
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Realized
 from grammarlab.learning.designs.tree_columns import TreeBatch, TreeColumns, columns_of, relevant_names, unit_of
-from grammarlab.learning.settings import POOL_SIZE, FeatureOptions
+from grammarlab.learning.settings import LEAST_POOL, POOL_SIZE, FeatureOptions
 from grammarlab.randomness import Keys, root_keys
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.language import Candidates, candidates
@@ -37,8 +37,6 @@ _BATCH_TREES = 500
 """Number of trees per batch, and for estimating acceptance rates."""
 _POOL_NODES = 5e8
 """Expected number of nodes of all trees of a usual pool, a budget of about a minute."""
-_MIN_POOL = 1_000
-"""Smallest size of a usual pool."""
 _SIZE_TREES = 64
 """Number of trees from which the size of a usual pool follows."""
 _CACHED_BATCHES = 64
@@ -66,7 +64,7 @@ class SpeciesSpace(AbstractDesignSpace[TreeBatch]):
     @property
     def pool_size(self) -> int:
         rows, _ = drawn(self.species, root_keys(0, np.arange(_SIZE_TREES)))
-        return int(np.clip(_POOL_NODES / expected_nodes(rows).mean(), _MIN_POOL, POOL_SIZE))
+        return int(np.clip(_POOL_NODES / expected_nodes(rows).mean(), LEAST_POOL, POOL_SIZE))
 
     @cached_property
     def proposal(self) -> Species:

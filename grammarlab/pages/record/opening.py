@@ -13,7 +13,7 @@ from grammarlab.language.grammar import Grammar
 from grammarlab.language.presets import NO_CHOICES, RuleChoices, preset_differences
 from grammarlab.learning.settings import POOL_SIZE
 from grammarlab.pages.record.store import SUFFIX, About, Store
-from grammarlab.runs.sample.domains import DEFAULT, domain_of, opened
+from grammarlab.runs.sample.domains import DEFAULT, domain_of
 from grammarlab.runs.sample.shipped import find_rules
 
 _MAX_DIFFERENCES = 4
@@ -30,6 +30,8 @@ class Opening:
     """None for a new session, whose file is made after the grammar has been checked."""
     assets: AssetRoot
     """Folder of the assets named in the file."""
+    has_usual_size: bool = False
+    """Whether a new session gets the usual pool of its designs, whose size is known once the file has been opened."""
 
 
 def open_session(
@@ -66,15 +68,12 @@ def open_session(
         )
     source = find_rules(grammar, assets, choices)
     text = source.text().removeprefix("\ufeff")
-    if size is None:
-        # A session that exists has its own.
-        size = POOL_SIZE if path.exists() else opened(source.suffix, text, source.name, source.assets).pool_size
     title = re.sub(r"[^\w ().-]", "_", source.name)[:200]
-    about = About(title, text, seed, size, source.suffix)
+    about = About(title, text, seed, POOL_SIZE if size is None else size, source.suffix)
     if not path.exists():
         if stored_grammar:
             raise UsageError(f"{path}: no such session, so it has no stored grammar; leave `stored_grammar=True` out.")
-        return Opening(path, about, None, source.assets)
+        return Opening(path, about, None, source.assets, size is None)
     store = Store.open(path, about)
     try:
         domain_of(store.about.suffix)

@@ -29,7 +29,7 @@ class SessionDisplay:
         Args:
             store: the open session file.
             notify: called after each change.
-            phrase: says warnings in the words of those who read the page.
+            phrase: says warnings and messages in the words of those who read the page.
         """
         self.store, self.notify, self._phrase = store, notify, phrase
         about = store.about
@@ -173,6 +173,11 @@ class SessionDisplay:
         """Show a message until the next event; None clears it."""
         self.message = message
         self.notify()
+
+    @property
+    def said(self) -> str | None:
+        """The message, in the words of those who read the page."""
+        return None if self.message is None else self._phrase(self.message)
 
     def warn(self, findings: Sequence[Finding]) -> None:
         """Add warnings about shown models; each is shown once."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TypedDict
@@ -17,6 +18,7 @@ from grammarlab.pages.scoring.desk import SessionDesk
 from grammarlab.pages.scoring.state import state_event
 from grammarlab.pages.workers.tasks import Begin
 from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
+from grammarlab.runs.sample.domains import opened
 from grammarlab.runs.work.workers import available_cores, end_if_unguarded
 
 CLOSED = "The session has been closed; what was scored is saved. Open it again to go on."
@@ -109,6 +111,7 @@ def _open_desk(
 
 def _new_store(opening: Opening, artists: WorkerPool, desktop: Desktop[SessionDesk]) -> Store:
     """A new session file; none is made for a grammar with errors."""
+    about = opening.about
     if artists.size:
         # The processes read the grammar in any case, so this process does not load those libraries.
         outcomes: list[TaskOutcome] = []
@@ -116,4 +119,7 @@ def _new_store(opening: Opening, artists: WorkerPool, desktop: Desktop[SessionDe
         desktop.run_until(lambda: bool(outcomes))
         if outcomes[0].error:
             raise GrammarlabError(outcomes[0].error)
-    return Store.open(opening.path, opening.about)
+        usual_size: int = outcomes[0].value
+    else:
+        usual_size = opened(about.suffix, about.grammar, about.title, opening.assets).pool_size
+    return Store.open(opening.path, replace(about, size=usual_size) if opening.has_usual_size else about)

@@ -69,7 +69,7 @@ def state_of(desk: SessionDesk) -> Message:
         "ways": [
             {"name": name, "label": words.label, "says": words.says} for name, words in WAYS.items() if name != PAIRS
         ],
-        "message": display.message,
+        "message": display.said,
         "warnings": list(display.warnings.values()),
     }
 

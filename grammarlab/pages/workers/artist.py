@@ -87,9 +87,9 @@ class _Studio:
 
     def do(
         self, request: Begin | DrawModels | DrawContrast | MakeGlb | FindPart, _report: Report
-    ) -> DrawnModels | FoundPart | bytes | bool:
+    ) -> DrawnModels | FoundPart | bytes | int:
         if isinstance(request, Begin):
-            return True
+            return self.space.pool_size
         if isinstance(request, MakeGlb):
             return self._glb(request.model)
         if isinstance(request, FindPart):

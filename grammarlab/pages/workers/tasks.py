@@ -37,7 +37,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class Begin:
-    """Task: check whether the grammar can be derived; an error has the reason."""
+    """Task: check whether the grammar can be derived: size of the usual pool; an error has the reason."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ from grammarlab.pages.workers.worker_pool import TaskOutcome, WorkerPool
 SMALLEST, LARGEST = 32, 512
 """Pixels along each side of a picture."""
 MAX_PIXELS = 24_000_000
-"""Largest size of the cache in bytes."""
+"""Largest size of the cache in pixels."""
 SHEET = 25
 """Largest number of pictures on one sheet."""
 CHUNK = 4
@@ -66,6 +66,8 @@ class Thumbnails:
     """Receives the warnings of all pictures, with repeats."""
     _cache: OrderedDict[tuple[str, int], _Drawing] = field(default_factory=OrderedDict)
     """Cached pictures by model and size, the last used at the end."""
+    _pixels: int = 0
+    """Pixels of all of them."""
     _requests: dict[Send, _Request] = field(default_factory=dict)
     """Latest request of each window."""
     _pending: set[tuple[str, int, int]] = field(default_factory=set)
@@ -148,14 +150,18 @@ class Thumbnails:
         cached = self._cache.get((model, size))
         if cached is None or cached.samples <= drawing.samples:
             self._cache[model, size] = drawing
-        pixels = sum(entry.picture.size // 3 for entry in self._cache.values())
-        while pixels > MAX_PIXELS and len(self._cache) > CHUNK:
+            self._pixels += _pixels(drawing) - (_pixels(cached) if cached else 0)
+        while self._pixels > MAX_PIXELS and len(self._cache) > CHUNK:
             _, oldest = self._cache.popitem(last=False)
-            pixels -= oldest.picture.size // 3
+            self._pixels -= _pixels(oldest)
 
     def _use(self, model: str, size: int) -> _Drawing:
         self._cache.move_to_end((model, size))
         return self._cache[model, size]
+
+
+def _pixels(drawing: _Drawing) -> int:
+    return math.prod(drawing.picture.shape[:2])
 
 
 def _chunks(models: Sequence[str], size: int, samples: int) -> Iterator[DrawModels]:

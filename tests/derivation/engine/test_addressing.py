@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import sys
 import weakref
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -100,6 +101,18 @@ def test_chunks_are_the_models_of_one_batch():
     assert len(chunks) > 3
     assert [fingerprint(chunk, model) for chunk in chunks for model in range(chunk.num_models)] == whole
     assert np.concatenate([chunk.lots.model for chunk in chunks]).tolist() == list(range(90))
+
+
+def test_chunks_of_models_of_many_meshes_are_smaller(monkeypatch):
+    # A roof is cut at places that no other model has.
+    text = "Lot --> extrude(rand(9, 20)) roofGable(30) split(x) { 1 : A. }*"
+    monkeypatch.setattr(sys.modules[derive_chunks.__module__], "_MESHES_PER_CHUNK", 200)
+    chunks = list(derive_chunks(Grammar.parse(text), 90, 5))
+    assert chunks[0].num_models == 32
+    assert len(chunks) > 2
+    assert all(len(chunk.meshes) <= 300 for chunk in chunks[1:])
+    plain = list(derive_chunks(Grammar.parse("Lot --> extrude(rand(9, 20)) split(x) { 1 : A. }*"), 90, 5))
+    assert [chunk.num_models for chunk in plain] == [32, 58]
 
 
 def _in_process(first: int) -> list[tuple]:

@@ -20,7 +20,7 @@ from grammarlab.learning.designs.grammar_space import GrammarSpace
 from grammarlab.learning.designs.pool import MAX_WIDE, WIDE_FACTOR, Pool, PoolDesigns
 from grammarlab.learning.questions import ask
 from grammarlab.learning.round import Study, init, step
-from grammarlab.learning.settings import FeatureOptions, Settings
+from grammarlab.learning.settings import LEAST_POOL, POOL_SIZE, FeatureOptions, Settings
 
 RULES = """
 attr h = rand(1, 9)
@@ -39,6 +39,17 @@ def test_units_of_draws_are_known_unknown_or_none():
     )
     space = GrammarSpace(Grammar.parse(text), Path())
     assert [space.unit_of(site.name) for site in space.program.sites] == ["m", "", UNKNOWN]
+
+
+def test_a_usual_pool_is_smaller_where_models_are_made_of_many_meshes():
+    # A split of a wedge cuts it, at places that no other model has.
+    text = "Lot --> extrude(rand(9, 20)) roofGable(30) split(x) { 8 / N : Slice }*\nSlice --> split(y) { 1 : A. }*"
+    few, many = (GrammarSpace(Grammar.parse(text.replace("N", number)), Path()) for number in ("1", "40"))
+    assert GrammarSpace(Grammar.parse(RULES), Path()).pool_size == POOL_SIZE
+    assert LEAST_POOL <= many.pool_size < few.pool_size
+    assert len(Pool.usual(many, 7)) == many.pool_size
+    wrong = GrammarSpace(Grammar.parse("Lot --> Lot"), Path())
+    assert wrong.pool_size == POOL_SIZE
 
 
 def round_blocks(forest):

@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source 08138e3d4ef7910b */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source 8dcfa2365e32d64b */
 
 // shared/ahead.js
 var Ahead = class {

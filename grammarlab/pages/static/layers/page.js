@@ -1,4 +1,4 @@
-/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 727e8d7d1989b673 */
+/* Built from shared, stage, layers by pages_src/bundle.js; do not edit. Source 0ed0ca8fb2887571 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -237,30 +237,45 @@ function makeNotes() {
   const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
   const complaints = element("div", { class: "gl-notes", role: "alert" });
   const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
+  const corner2 = element("div", { class: "gl-corner" }, notes, complaints);
+  let before = null;
+  corner2.addEventListener("focusin", ({ relatedTarget }) => {
+    if (relatedTarget instanceof HTMLElement && !corner2.contains(relatedTarget)) before = relatedTarget;
+  });
+  function remove(box) {
+    const hadFocus = box.matches(":focus-within");
+    box.remove();
+    const another = corner2.querySelector(".gl-note:not([hidden]) > button");
+    if (hadFocus) (another ?? before)?.focus();
+  }
   function note(where, text, style) {
-    for (const box2 of where.children) if (box2.textContent === text) box2.remove();
+    for (const box2 of where.children) if (box2.textContent === text) remove(box2);
     const box = element(
       "div",
       { class: `gl-note ${style}` },
       element("span", {}, text),
-      iconButton("close", "Dismiss", () => box.remove())
+      iconButton("close", "Dismiss", () => remove(box))
     );
     where.append(box);
-    while (where.childElementCount > MOST) where.firstElementChild?.remove();
+    while (where.childElementCount > MOST && where.firstElementChild) remove(where.firstElementChild);
     return box;
   }
   return {
     banner,
-    element: element("div", { class: "gl-corner" }, notes, complaints),
+    element: corner2,
     /** @param {string} text */
     say(text) {
       const box = note(notes, text, "");
-      setTimeout(() => box.remove(), PASSING);
+      setTimeout(() => remove(box), PASSING);
     },
     /** @param {unknown} error or words */
-    complain: (error) => note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    complain(error) {
+      note(complaints, error instanceof Error ? error.message : String(error), "gl-bad");
+    },
     /** What is complained about is over. */
-    calm: () => complaints.replaceChildren(),
+    calm() {
+      for (const box of [...complaints.children]) remove(box);
+    },
     /** What lasts; empty for nothing. @param {string} text */
     announce(text) {
       banner.hidden = !text;

@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source ed123bb50baf6ea6 */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 870a3cfc6b2afe84 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 3166bb7dd2fc0c24 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source cde62f11e3c6c899 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -2337,30 +2337,45 @@ function makeNotes() {
   const notes = element("div", { class: "gl-notes", "aria-live": "polite" });
   const complaints = element("div", { class: "gl-notes", role: "alert" });
   const banner = element("div", { class: "gl-banner", role: "alert", hidden: true });
+  const corner = element("div", { class: "gl-corner" }, notes, complaints);
+  let before = null;
+  corner.addEventListener("focusin", ({ relatedTarget }) => {
+    if (relatedTarget instanceof HTMLElement && !corner.contains(relatedTarget)) before = relatedTarget;
+  });
+  function remove(box) {
+    const hadFocus = box.matches(":focus-within");
+    box.remove();
+    const another = corner.querySelector(".gl-note:not([hidden]) > button");
+    if (hadFocus) (another ?? before)?.focus();
+  }
   function note(where, text, style) {
-    for (const box2 of where.children) if (box2.textContent === text) box2.remove();
+    for (const box2 of where.children) if (box2.textContent === text) remove(box2);
     const box = element(
       "div",
       { class: `gl-note ${style}` },
       element("span", {}, text),
-      iconButton("close", "Dismiss", () => box.remove())
+      iconButton("close", "Dismiss", () => remove(box))
     );
     where.append(box);
-    while (where.childElementCount > MOST) where.firstElementChild?.remove();
+    while (where.childElementCount > MOST && where.firstElementChild) remove(where.firstElementChild);
     return box;
   }
   return {
     banner,
-    element: element("div", { class: "gl-corner" }, notes, complaints),
+    element: corner,
     /** @param {string} text */
     say(text) {
       const box = note(notes, text, "");
-      setTimeout(() => box.remove(), PASSING);
+      setTimeout(() => remove(box), PASSING);
     },
     /** @param {unknown} error or words */
-    complain: (error) => note(complaints, error instanceof Error ? error.message : String(error), "gl-bad"),
+    complain(error) {
+      note(complaints, error instanceof Error ? error.message : String(error), "gl-bad");
+    },
     /** What is complained about is over. */
-    calm: () => complaints.replaceChildren(),
+    calm() {
+      for (const box of [...complaints.children]) remove(box);
+    },
     /** What lasts; empty for nothing. @param {string} text */
     announce(text) {
       banner.hidden = !text;
@@ -2648,22 +2663,26 @@ async function load(channel) {
 }
 
 // scoring/warnings.js
+var SPOKEN = 1e3;
 function makeWarnings(handOn) {
-  const newest = element("span", { role: "alert" });
+  const newest = element("span", { class: "gl-newest" });
+  const spoken = element("div", { class: "gl-unseen", role: "alert" });
   const summary = element("summary");
   const list = element("ol");
   const others = element("details", { hidden: true }, summary, list);
   const note = element(
     "div",
     { class: "gl-note gl-bad gl-warnings", hidden: true },
-    element("div", {}, newest, others),
+    element("div", {}, newest, spoken, others),
     iconButton("close", "Dismiss", dismiss)
   );
   const known = /* @__PURE__ */ new Set();
+  let timer = 0;
   function dismiss() {
     note.hidden = others.hidden = true;
     others.open = false;
     newest.textContent = "";
+    spoken.replaceChildren();
     list.replaceChildren();
     handOn();
   }
@@ -2678,6 +2697,9 @@ function makeWarnings(handOn) {
         if (newest.textContent) list.prepend(element("li", {}, newest.textContent));
         newest.textContent = warning;
       }
+      spoken.replaceChildren(...fresh.map((warning) => element("p", {}, warning)));
+      clearTimeout(timer);
+      timer = setTimeout(() => spoken.replaceChildren(), SPOKEN);
       note.hidden = false;
       const more = list.childElementCount;
       others.hidden = !more;
