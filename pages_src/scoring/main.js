@@ -116,7 +116,9 @@ function build(root, channel, first) {
     pictures: new Pictures(channel, () => redraw()),
     score(models, score) {
       const kind = scaleOf(page);
-      if (models.length && scorable()) page.outbox.add(models, { score, kind }, page.factor().id);
+      if (!models.length || !scorable()) return;
+      page.outbox.add(models, { score, kind }, page.factor().id);
+      page.selection.done();
     },
     compare(models, verdict) {
       if (scorable()) page.outbox.compare(models, verdict, page.factor().id);
@@ -141,7 +143,11 @@ function build(root, channel, first) {
   const display = makeDisplay(page);
   const pointer = listenToPointer(page, display);
   const status = makeStatus(page);
-  const scoring = makeScoring(page, () => keys.handOn());
+  const scoring = makeScoring(
+    page,
+    () => keys.handOn(),
+    () => focusModels(),
+  );
   const keys = listenToKeys(page, display, scoring);
   const code = viewerCode(channel);
   const preview = makePreview(page, display, code);

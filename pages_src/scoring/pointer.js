@@ -113,7 +113,8 @@ export function listenToPointer(page, display) {
     const { selection } = page;
     if (position < 0) return event.shiftKey || event.ctrlKey || event.metaKey ? undefined : selection.none();
     if (event.shiftKey) selection.rangeTo(position, event.ctrlKey || event.metaKey);
-    else if (event.ctrlKey || event.metaKey || event.pointerType === "touch") selection.toggle(position);
+    else if (event.ctrlKey || event.metaKey) selection.toggle(position);
+    else if (event.pointerType === "touch") selection.touch(position);
     else selection.only(position);
     display.focus();
   }

@@ -11,8 +11,9 @@ import { makeSteps, nextScale, SCALES, scaleOf, shortly } from "../shared/scale.
  * One score for all that is selected, on the scale of choice: typed, by slider or by a step.
  * @param {Page} page
  * @param {() => void} backToGrid
+ * @param {() => void} focusModels
  */
-export function makeScoring(page, backToGrid) {
+export function makeScoring(page, backToGrid, focusModels) {
   const heading = element("h2", {}, "Score");
   const count = element("p", { class: "gl-count", role: "status" });
   const number = element("input", {
@@ -33,7 +34,10 @@ export function makeScoring(page, backToGrid) {
   });
   const steps = makeSteps(page, "Score of the selected models", give);
   const scales = Object.entries(SCALES).map(([scale, { name }]) =>
-    textButton(name, () => choose(/** @type {Scale} */ (scale)), { class: "gl-scale", title: "T: next scale" }),
+    textButton(name, (event) => chosenBy(event, /** @type {Scale} */ (scale)), {
+      class: "gl-scale",
+      title: "T: next scale",
+    }),
   );
   const clear = textButton("No score", () => give(null), {
     title: "Remove the score (Delete)",
@@ -116,6 +120,12 @@ export function makeScoring(page, backToGrid) {
   /** The focused element, even if a notebook keeps its outputs in a shadow tree. */
   function focused() {
     return /** @type {Document | ShadowRoot} */ (section.getRootNode()).activeElement;
+  }
+
+  /** After a click the keys of the scale are for the models. @param {MouseEvent} event @param {Scale} scale */
+  function chosenBy(event, scale) {
+    choose(scale);
+    if (event.detail) focusModels();
   }
 
   /** @param {Scale} scale */

@@ -16,6 +16,8 @@ export class Selection {
   #changed;
   /** Whether the keyboard goes to the first model once others are shown. */
   #anew = false;
+  /** Whether what is chosen has got its score. */
+  #done = false;
 
   /** @param {() => void} changed */
   constructor(changed) {
@@ -57,7 +59,9 @@ export class Selection {
     };
     [this.cursor, this.#anchor] = [follow(this.cursor), follow(this.#anchor)];
     this.order = order;
+    const done = this.#done;
     this.#set(order.filter((model) => this.chosen.has(model)));
+    this.#done = done;
     return false;
   }
 
@@ -73,6 +77,17 @@ export class Selection {
   only(position) {
     this.cursor = this.#anchor = position;
     this.#set([this.order[position]]);
+  }
+
+  /** What is chosen has got its score. */
+  done() {
+    this.#done = true;
+  }
+
+  /** Of fingers: one after the other is chosen, until they get a score; the next one is chosen alone. @param {number} position */
+  touch(position) {
+    if (this.#done) this.only(position);
+    else this.toggle(position);
   }
 
   /** @param {number} position */
@@ -113,6 +128,7 @@ export class Selection {
   /** @param {Iterable<string>} models */
   #set(models) {
     this.chosen = new Set(models);
+    this.#done = false;
     this.#changed();
   }
 }

@@ -1,6 +1,7 @@
 import { element, iconButton } from "../shared/element.js";
 import { choice, chooserButton, menu, textButton } from "../shared/menu.js";
 import { ZOOMS } from "./display.js";
+import { knownOf } from "./known.js";
 
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {import("./types.js").State} State */
@@ -138,24 +139,35 @@ function buildSort(page, close) {
     const mine = (turn += 1);
     const { features } = (await page.ask("features", { query: query.value })) ?? { features: [] };
     if (mine !== turn) return;
+    query.disabled = features === null;
+    if (features === null) {
+      similar.disabled = true;
+      found.replaceChildren(element("p", {}, "Not yet: the features of the models are being counted."));
+      return;
+    }
     const lines = features.map((/** @type {string} */ feature) =>
       choice(feature, "", () => sort({ by: "feature", feature })),
     );
     found.replaceChildren(...(lines.length ? lines : [element("p", {}, "No feature has this name.")]));
   };
   query.addEventListener("input", search);
+  const similar = choice(
+    "Similarity",
+    chosen.length ? `to the ${chosen.length} selected` : "select models first",
+    () => sort({ by: "similarity", models: chosen }),
+    { disabled: !chosen.length },
+  );
+  const isLearned = Object.keys(page.state.models).some((model) => knownOf(page, model).predicted !== null);
   void search();
   return [
     choice("Predicted score", "highest first", () => sort({ by: "score" })),
-    choice("Uncertainty", "least known first", () => sort({ by: "uncertainty" })),
     choice(
-      "Similarity",
-      chosen.length ? `to the ${chosen.length} selected` : "select models first",
-      () => sort({ by: "similarity", models: chosen }),
-      {
-        disabled: !chosen.length,
-      },
+      "Uncertainty",
+      isLearned ? "least known first" : "nothing has been learned yet",
+      () => sort({ by: "uncertainty" }),
+      { disabled: !isLearned },
     ),
+    similar,
     choice("Random", "", () => sort({ by: "random" })),
     choice("As chosen", "the order in which they were chosen", () => sort({ by: "shown" })),
     element("hr"),

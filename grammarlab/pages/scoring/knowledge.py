@@ -67,15 +67,12 @@ class Knowledge:
             return None
         return self.learned.factors.get(self.names.get(factor, "")) if factor else self.learned.product
 
-    def names_like(self, query: str) -> list[str]:
-        """Names of features that contain all words of a query.
-
-        Raises:
-            UsageError: If features are not known yet.
-        """
+    def names_like(self, query: str) -> list[str] | None:
+        """Names of features that contain all words of a query; None if features are not known yet."""
+        if self.features is None:
+            return None
         words = query.casefold().split()
-        names = self._known_features().names
-        return [name for name in names if all(word in name.casefold() for word in words)][:MOST_NAMES]
+        return [name for name in self.features.names if all(word in name.casefold() for word in words)][:MOST_NAMES]
 
     def column(self, name: str) -> NDArray[np.float32]:
         """[m + e] a feature of all models.

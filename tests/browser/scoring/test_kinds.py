@@ -76,6 +76,14 @@ def choose_scale(towers, name):
     expect(towers.button(name)).to_have_attribute("aria-pressed", "true")
 
 
+def test_keys_are_for_the_models_after_a_scale_is_chosen_with_the_mouse(towers):
+    towers.cell(1).click()
+    choose_scale(towers, "Stars")
+    towers.press("4")
+    expect(towers.cell(1).locator(".gl-score")).to_have_text("4★")
+    choose_scale(towers, "0–100")
+
+
 @takes_turns
 def test_stars_and_thumbs_by_buttons_and_keys_stand_beside_scores(towers, tmp_path):
     towers.cell(0).click()

@@ -132,6 +132,18 @@ def test_taps_select_one_after_the_other_also_after_a_pinch(touched):
     touched.expect_chosen([4])
 
 
+def test_after_a_score_a_finger_chooses_the_next_model_alone(touched):
+    for position, score in ((0, "90"), (1, "0"), (2, "50")):
+        touched.page.touchscreen.tap(*middle(touched.cell(position)))
+        touched.expect_chosen([position])
+        touched.button(score).tap()
+        touched.expect_saved()
+    assert touched.scores()[:3] == ["90", "0", "50"]
+    for position in (0, 2):
+        touched.page.touchscreen.tap(*middle(touched.cell(position)))
+    touched.expect_chosen([0, 2])
+
+
 def test_pinching_on_a_touchpad_zooms_as_far_as_the_fingers_go(towers):
     tile = towers.cell(5)
     x, y = middle(tile)

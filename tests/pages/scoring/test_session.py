@@ -97,6 +97,11 @@ def test_a_session_of_trees_learns_a_species(tmp_path: Path):
         assert session.call("state")[0]["learns"] == "species"
 
 
+def test_features_that_are_still_being_counted_are_no_mistake(tmp_path: Path):
+    with closing(Session("toy", tmp_path / "toys.db", jobs=0)) as session:
+        assert session.call("features", query="")[0] == {"features": None}
+
+
 def test_another_process_on_the_file_is_seen(session: Session, tmp_path: Path, rules: str):
     window = Window(session)
     model = shown_models(session.call("state")[0])[0]

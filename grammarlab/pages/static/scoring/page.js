@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source cde62f11e3c6c899 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source c8ae845e7c750831 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -1763,7 +1763,8 @@ function listenToPointer(page, display) {
     const { selection } = page;
     if (position < 0) return event.shiftKey || event.ctrlKey || event.metaKey ? void 0 : selection.none();
     if (event.shiftKey) selection.rangeTo(position, event.ctrlKey || event.metaKey);
-    else if (event.ctrlKey || event.metaKey || event.pointerType === "touch") selection.toggle(position);
+    else if (event.ctrlKey || event.metaKey) selection.toggle(position);
+    else if (event.pointerType === "touch") selection.touch(position);
     else selection.only(position);
     display.focus();
   }
@@ -2111,7 +2112,7 @@ function makeResults(page) {
 }
 
 // scoring/scoring.js
-function makeScoring(page, backToGrid) {
+function makeScoring(page, backToGrid, focusModels) {
   const heading = element("h2", {}, "Score");
   const count = element("p", { class: "gl-count", role: "status" });
   const number2 = element("input", {
@@ -2132,10 +2133,14 @@ function makeScoring(page, backToGrid) {
   });
   const steps = makeSteps(page, "Score of the selected models", give);
   const scales = Object.entries(SCALES).map(
-    ([scale, { name }]) => textButton(name, () => choose(
+    ([scale, { name }]) => textButton(name, (event) => chosenBy(
+      event,
       /** @type {Scale} */
       scale
-    ), { class: "gl-scale", title: "T: next scale" })
+    ), {
+      class: "gl-scale",
+      title: "T: next scale"
+    })
   );
   const clear = textButton("No score", () => give(null), {
     title: "Remove the score (Delete)",
@@ -2214,6 +2219,10 @@ function makeScoring(page, backToGrid) {
       section.getRootNode().activeElement
     );
   }
+  function chosenBy(event, scale) {
+    choose(scale);
+    if (event.detail) focusModels();
+  }
   function choose(scale) {
     page.preferences.scale = scale;
     update();
@@ -2242,6 +2251,8 @@ var Selection = class {
   #changed;
   /** Whether the keyboard goes to the first model once others are shown. */
   #anew = false;
+  /** Whether what is chosen has got its score. */
+  #done = false;
   /** @param {() => void} changed */
   constructor(changed) {
     this.#changed = changed;
@@ -2278,7 +2289,9 @@ var Selection = class {
     };
     [this.cursor, this.#anchor] = [follow(this.cursor), follow(this.#anchor)];
     this.order = order;
+    const done = this.#done;
     this.#set(order.filter((model) => this.chosen.has(model)));
+    this.#done = done;
     return false;
   }
   /** Shows a pair to compare, without a selection. @param {string[]} models */
@@ -2292,6 +2305,15 @@ var Selection = class {
   only(position) {
     this.cursor = this.#anchor = position;
     this.#set([this.order[position]]);
+  }
+  /** What is chosen has got its score. */
+  done() {
+    this.#done = true;
+  }
+  /** Of fingers: one after the other is chosen, until they get a score; the next one is chosen alone. @param {number} position */
+  touch(position) {
+    if (this.#done) this.only(position);
+    else this.toggle(position);
   }
   /** @param {number} position */
   toggle(position) {
@@ -2325,6 +2347,7 @@ var Selection = class {
   /** @param {Iterable<string>} models */
   #set(models) {
     this.chosen = new Set(models);
+    this.#done = false;
     this.#changed();
   }
 };
@@ -2547,24 +2570,35 @@ function buildSort(page, close) {
     const mine = turn += 1;
     const { features } = await page.ask("features", { query: query.value }) ?? { features: [] };
     if (mine !== turn) return;
+    query.disabled = features === null;
+    if (features === null) {
+      similar.disabled = true;
+      found.replaceChildren(element("p", {}, "Not yet: the features of the models are being counted."));
+      return;
+    }
     const lines = features.map(
       (feature) => choice(feature, "", () => sort({ by: "feature", feature }))
     );
     found.replaceChildren(...lines.length ? lines : [element("p", {}, "No feature has this name.")]);
   };
   query.addEventListener("input", search);
+  const similar = choice(
+    "Similarity",
+    chosen.length ? `to the ${chosen.length} selected` : "select models first",
+    () => sort({ by: "similarity", models: chosen }),
+    { disabled: !chosen.length }
+  );
+  const isLearned = Object.keys(page.state.models).some((model) => knownOf(page, model).predicted !== null);
   void search();
   return [
     choice("Predicted score", "highest first", () => sort({ by: "score" })),
-    choice("Uncertainty", "least known first", () => sort({ by: "uncertainty" })),
     choice(
-      "Similarity",
-      chosen.length ? `to the ${chosen.length} selected` : "select models first",
-      () => sort({ by: "similarity", models: chosen }),
-      {
-        disabled: !chosen.length
-      }
+      "Uncertainty",
+      isLearned ? "least known first" : "nothing has been learned yet",
+      () => sort({ by: "uncertainty" }),
+      { disabled: !isLearned }
     ),
+    similar,
     choice("Random", "", () => sort({ by: "random" })),
     choice("As chosen", "the order in which they were chosen", () => sort({ by: "shown" })),
     element("hr"),
@@ -2775,7 +2809,9 @@ function build(root, channel, first) {
     pictures: new Pictures(channel, () => redraw()),
     score(models, score) {
       const kind = scaleOf(page);
-      if (models.length && scorable()) page.outbox.add(models, { score, kind }, page.factor().id);
+      if (!models.length || !scorable()) return;
+      page.outbox.add(models, { score, kind }, page.factor().id);
+      page.selection.done();
     },
     compare(models, verdict) {
       if (scorable()) page.outbox.compare(models, verdict, page.factor().id);
@@ -2800,7 +2836,11 @@ function build(root, channel, first) {
   const display = makeDisplay(page);
   const pointer = listenToPointer(page, display);
   const status = makeStatus(page);
-  const scoring = makeScoring(page, () => keys.handOn());
+  const scoring = makeScoring(
+    page,
+    () => keys.handOn(),
+    () => focusModels()
+  );
   const keys = listenToKeys(page, display, scoring);
   const code = viewerCode(channel);
   const preview = makePreview(page, display, code);
