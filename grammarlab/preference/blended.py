@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtri
+from scipy.special import expit, ndtri
 
 from grammarlab.arrays import FEW, Floats
 from grammarlab.preference.base import (
@@ -33,6 +33,7 @@ from grammarlab.preference.cells.partition import PartitionPreference
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.held_out_share import Fitted, held_out
 from grammarlab.preference.judge.labelled_columns import selected
+from grammarlab.preference.judge.unexplained_scores import log_evidence_of_nothing
 from grammarlab.preference.lines import line_preference
 from grammarlab.preference.lines.line_preference import LinePreference
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
@@ -273,14 +274,17 @@ def fit(
     # Cells are fitted to the same labels.
     flat = unexplained(values[chosen], folds_of(table[chosen], seed), cells.cells.grid)
     line = line_preference.fit(table[chosen], values[chosen], numbers, likely)
-    cells_gain, line_gain = cells.log_evidence - flat.log_evidence, line.log_evidence - flat.log_evidence
+    nothing = log_evidence_of_nothing(values[chosen], flat.log_evidence)
+    cells_gain, line_gain = cells.log_evidence - nothing, line.log_evidence - flat.log_evidence
     of_trees, process_belief = cells_gain, 1.0
     # A line without columns explains nothing.
     line_belief = belief(line_gain, len(values)) if line.columns else 0.0
     if belief(of_trees, len(values)) < SURE:
-        by_judge = cells.gain(table[chosen], values[chosen], drawn, flat.log_evidence)
+        by_judge = cells.judged(table[chosen], values[chosen], drawn) - nothing
         # The priors of trees of both kinds have even odds.
         of_trees = float(np.logaddexp(cells_gain, by_judge) - np.log(2.0))
+        if belief(of_trees, len(values)) < SURE:
+            cells = replace(cells, unlike=float(expit(by_judge - cells_gain)))
     cells_belief = belief(of_trees, len(values))
     # A process is not fitted again and again only to be believed as well.
     if cells_belief < SURE:
@@ -292,7 +296,7 @@ def fit(
             process=process, partition=cells, share=share, flat=flat, handed=handed, unexplained=rest
         )
     parts = Fitted(process, cells, line)
-    judged = held_out(table, values, drawn, seed, parts, line_gain - cells_gain)
+    judged = held_out(table, values, drawn, seed, parts, line.log_evidence - cells.log_evidence)
     share, rest, handed = believed(judged.share, process_belief, cells_belief)
     line_share, rest, _ = believed(judged.line_share, line_belief, 1.0 - rest)
 

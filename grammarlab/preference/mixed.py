@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.arrays import Flags, Floats, Ints
+from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
 from grammarlab.preference.base import MANY_LABELS, MAX_SCORE, Rows
 from grammarlab.preference.belief import belief, believed
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
@@ -225,5 +225,5 @@ def _error(cells: PartitionPreference) -> Person:
 
 def _log_likelihood(intervals: Intervals, values: Floats, cells: PartitionPreference) -> float:
     """Log-likelihood of labels, given values [n], under the error model of the cells."""
-    evidence, _, _ = matched(intervals, values, np.full(len(values), 1e-9), *_error(cells))
+    evidence, _, _ = matched(intervals, values, np.full(len(values), ROUNDING), *_error(cells))
     return float(evidence.sum())

@@ -1,29 +1,15 @@
-"""A preference as a function of few columns with few levels, from which a grammar can be compiled.
-
-The columns are the fewest that distinguish models of different values, and few levels mean few states of a grammar.
-Columns are added one by one, each time the one that explains most of the rest, and in the end redundant columns are
-removed. So one of several equivalent columns is kept, even if the preference has no weight on it, and errors of a
-preference about a few models do not add columns. If columns explain values only together, no single column is a first
-step; then columns are removed from the set of all columns instead.
-"""
+"""A preference as a regression tree of few levels, from which a grammar can be compiled."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import ROUNDING, Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.regression_tree import MAX_CODES, Split, leaves_of
-
-_MAX_COLUMNS = 20
-"""Largest number of columns added one by one."""
-_MIN_GAIN = 2e-4
-"""Smallest gain of an added column."""
-_MAX_GROUP_RATIO = 4
-"""Largest ratio of group numbers to models for which sums over sparse numbers are faster than renumbering."""
 
 
 @dataclass(frozen=True)
@@ -134,43 +120,6 @@ def drawn_to_levels(values: Floats, masses: Floats, num_levels: int) -> Floats:
     return (np.bincount(level, mass * means) / np.bincount(level, mass))[level[inverse]]
 
 
-def needed_columns(rows: Floats, values: Floats, weights: Floats, candidates: Ints, tolerance: float) -> Ints:
-    """Columns needed to predict the values of models.
-
-    Args:
-        rows: [n, F] features of models.
-        values: [n] >= 0, the preference.
-        weights: [n] >= 0, weight of each model.
-        candidates: [C] candidate columns, most relevant first.
-        tolerance: largest loss relative to all candidates; see `change`.
-
-    Returns:
-        [K] columns, the most informative first.
-    """
-    search = _Search(rows, values, weights, candidates)
-    bound = search.loss(candidates.tolist()) + tolerance + ROUNDING
-    chosen = search.upwards(bound)
-    if search.loss(chosen) > bound:
-        chosen = candidates.tolist()
-    return np.array(search.downwards(chosen, bound), dtype=np.int64)
-
-
-def change(groups: Ints, values: Floats, weights: Floats) -> float:
-    """Change of a density if all models of a group get their mean value: 0 to 2.
-
-    Args:
-        groups: [n] number of the group of each model.
-        values: [n] >= 0.
-        weights: [n] >= 0.
-    """
-    total = float(weights @ values)
-    if total <= 0.0:
-        return 0.0
-    mass = np.bincount(groups, weights)
-    mean = np.bincount(groups, weights * values) / np.where(mass > 0.0, mass, 1.0)
-    return float(weights @ np.abs(values - mean[groups])) / total
-
-
 class _Fork(NamedTuple):
     """A split: a column, a bound, and the subtrees below and above it."""
 
@@ -198,65 +147,3 @@ def _cuts(roots: Floats, mass: Floats, num_levels: int) -> list[int]:
     for choice in reversed(choices):
         ends.append(int(choice[ends[-1]]))
     return [0, *reversed(ends)]
-
-
-class _Search:
-    def __init__(self, rows: Floats, values: Floats, weights: Floats, candidates: Ints) -> None:
-        self.candidates = candidates.tolist()
-        self.codes = {column: _numbered(rows[:, column]) for column in self.candidates}
-        # Rows are compared by random sums of their values: different rows have almost never equal sums.
-        factors = np.random.default_rng(0).integers(1, 2**63, len(candidates), dtype=np.int64)
-        self.factors = dict(zip(self.candidates, factors, strict=True))
-        self.values, self.weights = values, weights
-
-    def loss(self, columns: Sequence[int]) -> float:
-        """Loss of a set of columns."""
-        return self._loss(self._sums(columns))
-
-    def upwards(self, bound: float) -> list[int]:
-        """Columns added until they explain enough or none explains more."""
-        chosen: list[int] = []
-        waiting = self.candidates.copy()
-        groups = np.zeros(len(self.values), dtype=np.int64)
-        remaining = change(groups, self.values, self.weights)
-        while remaining > bound and waiting and len(chosen) < _MAX_COLUMNS:
-            after = np.array([change(self._divided(groups, c), self.values, self.weights) for c in waiting])
-            best = int(np.argmin(np.round(after, 9)))
-            if remaining - after[best] < _MIN_GAIN:
-                break
-            remaining = float(after[best])
-            chosen.append(waiting.pop(best))
-            groups = _numbered(self._divided(groups, chosen[-1]))
-        return chosen
-
-    def downwards(self, columns: Sequence[int], bound: float) -> list[int]:
-        """Columns removed as long as the others explain enough, the last one first."""
-        selected, sums = list(columns), self._sums(columns)
-        for column in reversed(columns):
-            without = sums - self._term(column)
-            if self._loss(without) <= bound:
-                selected.remove(column)
-                sums = without
-        return selected
-
-    def _divided(self, groups: Ints, column: int) -> Ints:
-        """[n] numbers of groups that are divided further by the values of a column, below a few times n."""
-        codes = self.codes[column]
-        width = int(codes.max(initial=0)) + 1
-        divided = groups * width + codes
-        few = (int(groups.max(initial=0)) + 1) * width <= _MAX_GROUP_RATIO * len(codes)
-        return divided if few else _numbered(divided)
-
-    def _sums(self, columns: Sequence[int]) -> Ints:
-        return sum((self._term(column) for column in columns), np.zeros(len(self.values), dtype=np.int64))
-
-    def _term(self, column: int) -> Ints:
-        return self.codes[column] * self.factors[column]
-
-    def _loss(self, sums: Ints) -> float:
-        return change(_numbered(sums), self.values, self.weights)
-
-
-def _numbered(column: Floats | Ints) -> Ints:
-    """[n] the index of each value among the different ones."""
-    return np.unique(column, return_inverse=True)[1].astype(np.int64).reshape(-1)

@@ -187,7 +187,7 @@ def _forms(values: Floats) -> Iterator[tuple[int, bytes]]:
         return
     centred = values - values.mean(axis=0)
     size = np.abs(centred).max(axis=0)
-    varying = np.flatnonzero(size > 1e-9 * np.maximum(1.0, np.abs(values).max(axis=0)))
+    varying = np.flatnonzero(size > ROUNDING * np.maximum(1.0, np.abs(values).max(axis=0)))
     scaled = np.round(centred[:, varying] / size[varying], _DIGITS)
     first = (scaled != 0.0).argmax(axis=0)
     scaled = (scaled * np.sign(scaled[first, np.arange(len(varying))])).T + 0.0

@@ -210,3 +210,15 @@ def test_an_unexplained_preference_is_as_unsure_as_its_scores_differ():
     prediction = replace(blended.fit(rows, scores), unexplained=1.0).predict(rows)
     np.testing.assert_allclose(prediction.mean, 50.0, atol=0.5)
     np.testing.assert_allclose(prediction.std, scores.std(), atol=2.0)
+
+
+def test_few_equal_exact_scores_do_not_make_blunders_of_the_others():
+    # Levels that are given again and again seem to prove cells of one value each, with the rest as blunders.
+    scores = np.array([*[0.0] * 7, 24.9, 27.8, *[0.0] * 6, 60.6, 78.9, 80.2, 80.2, *[92.4] * 5])
+    cell = np.repeat([0, 1, 2, 3], [9, 8, 2, 5])
+    others = np.random.default_rng(2).random((24, 20)) < 0.3
+    rows = np.column_stack([cell > 0, cell > 1, cell > 2, others]).astype(np.float64)
+    means = blended.fit(rows, scores).partition.predict(rows).mean
+    assert 5.0 < means[0] < 20.0
+    assert 5.0 < means[9] < 20.0
+    assert means[-1] == pytest.approx(92.4, abs=1.0)

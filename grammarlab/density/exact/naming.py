@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import ROUNDING, Ints
 from grammarlab.density.exact.name_words import (
     counted,
     joined,
@@ -183,7 +183,7 @@ class SplitNames(AbstractNames):
                 text = f"{_DEGREES[is_liked][_degree(less / more)]}_{word}"
             else:
                 text = f"{'more' if is_liked else 'fewer'}_{plural(word)}"
-            if abs(strength) > strongest[0] + 1e-9:
+            if abs(strength) > strongest[0] + ROUNDING:
                 strongest = abs(strength), text
         return strongest[1]
 

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import ROUNDING, Floats
 from grammarlab.density.exact.attributes import AttributePart, AttributeParts, attribute_parts, drawn_range, leaf_at
 from grammarlab.density.exact.grammar_text import Mixed, Origin
 from grammarlab.density.exact.learned import LearnedGrammar
@@ -267,7 +267,7 @@ def _probabilities(value: Choice, parts: AttributeParts, leaves: Sequence[tuple[
     for probability, leaf in leaves:
         ends = drawn_range(leaf)
         shares = np.array([_share(leaf, ends, leaf_at(value, part.branch), part) for part in parts.parts])
-        if abs(shares.sum() - 1.0) > 1e-9:
+        if abs(shares.sum() - 1.0) > ROUNDING:
             raise _ForeignError
         result += probability * shares
     return result

@@ -16,7 +16,7 @@ from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.exact.splitting import Base
 from grammarlab.density.sampler import AbstractSampler
@@ -267,7 +267,7 @@ def thin(
         total += float(weights.sum())
         cut += float(np.maximum(weights - most, 0.0).sum())
         on_progress("models drawn", min(accepted, num_models), num_models)
-        num_proposals = (num_models - accepted) * 1.1 / max(accepted / proposals, 1e-9)
+        num_proposals = (num_models - accepted) * 1.1 / max(accepted / proposals, ROUNDING)
         size = int(min(chunk, max(_FIRST_CHUNK, num_proposals)))
     if not accepted:
         raise GrammarlabError(

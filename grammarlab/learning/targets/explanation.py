@@ -194,7 +194,7 @@ def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
     roots = np.sqrt(weights)[:, None]
     added = np.linalg.lstsq(has * roots, scores * roots[:, 0], rcond=None)[0]
     mean = weights @ scores / weights.sum()
-    residual_share = weights @ (scores - has @ added) ** 2 / max(float(weights @ (scores - mean) ** 2), 1e-12)
+    residual_share = weights @ (scores - has @ added) ** 2 / max(float(weights @ (scores - mean) ** 2), ROUNDING)
     # A conjunction is not a sum: its parts add up to a negative score if all of them are missing.
     if residual_share > _MAX_BESIDE_SUM or np.abs(added).max() > MAX_SCORE:
         return None

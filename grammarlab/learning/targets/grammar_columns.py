@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.density.exact.compile import Exactness
 from grammarlab.density.targets.ranges import range_ends
 from grammarlab.derivation.forest import Forest
@@ -88,4 +88,4 @@ def _bound_feature(feature: Feature) -> Feature:
 def _with_integers(values: Floats) -> Floats:
     """Values with counts restored to integers after division and multiplication by a scale."""
     rounded = np.rint(values)
-    return np.where(np.abs(values - rounded) <= 1e-9 * np.maximum(1.0, np.abs(rounded)), rounded, values)
+    return np.where(np.abs(values - rounded) <= ROUNDING * np.maximum(1.0, np.abs(rounded)), rounded, values)

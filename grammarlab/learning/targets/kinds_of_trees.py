@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Floats
+from grammarlab.arrays import ROUNDING, Flags, Floats
 from grammarlab.features.columns.formula_names import MOST_NAMED
 from grammarlab.learning.designs.tree_columns import unit_of, words_of_name
 from grammarlab.preference.regression_tree import Split
@@ -106,7 +106,7 @@ def words_of(species: Species, part: Part) -> str:
     """A part in words: how its ranges differ from those of its kind."""
     kind = species.kinds[part.kind]
     shares = _shares(kind, part)
-    narrow = [int(column) for column in np.argsort(shares, kind="stable") if shares[column] < 1.0 - 1e-12]
+    narrow = [int(column) for column in np.argsort(shares, kind="stable") if shares[column] < 1.0 - ROUNDING]
     habits = [word for column in narrow if (word := _habit(kind, part, column))]
     conditions = [_range_words(kind, part, column) for column in narrow[:MOST_NAMED]]
     conditions += ["…"] if len(narrow) > MOST_NAMED else []

@@ -13,7 +13,7 @@ from itertools import count
 
 import numpy as np
 
-from grammarlab.arrays import NUM_LEVELS, Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.learning.designs.design_space import Designs
 from grammarlab.learning.round import State, Study
 from grammarlab.learning.targets.divergence import agreement
@@ -23,7 +23,7 @@ from grammarlab.preference.base import MAX_SCORE, SCORE_STEP, AbstractPreference
 from grammarlab.preference.blended import BlendedPreference
 from grammarlab.preference.held_out_share import NUM_FOLDS
 from grammarlab.preference.regression_tree import MAX_CODES, Split, grow, leaves_of, means_of, round_between
-from grammarlab.preference.simplified import SimplifiedPreference, drawn_to_levels, needed_columns
+from grammarlab.preference.simplified import SimplifiedPreference, drawn_to_levels
 
 TOLERANCE = 0.005
 """Largest divergence in nats from the predictions, on the pool, for fewer rules and rounder numbers."""
@@ -40,8 +40,6 @@ SMALL_SHARES = (0.02, 0.005, 0.001)
 quantity, and probabilities of branches."""
 MIN_LEAF = 60
 """Smallest number of designs of a pool in each leaf of a tree that says that nothing there is liked."""
-_MAX_DENSITY_CHANGE = 5e-4
-"""Largest change of the density, as a share, by removed columns."""
 
 
 @dataclass(frozen=True)
@@ -146,21 +144,16 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
         columns: [C] candidate columns, most preferred first.
         max_leaves: largest number of leaves of a tree.
     """
-    paths = [
-        _Path.grown(rows, scores, weights, column_set, max_leaves)
-        for column_set in _column_sets(rows, scores, weights, columns)
-    ]
-    near = [path for path in paths if path.smallest]
-    if not near:
-        yield min(paths, key=lambda path: min(path.js)).nearly_nearest()
+    path = _Path.grown(rows, scores, weights, columns, max_leaves)
+    if not path.smallest:
+        yield path.nearly_nearest()
         return
-    for path in near:
-        last = 0
-        for size in dict.fromkeys(min(int(path.smallest * factor), len(path.js)) for factor in _SIZE_RATIOS):
-            if last and path.js[last - 1] < NEGLIGIBLE_JS:
-                break
-            yield from path.drawn(size)
-            last = size
+    last = 0
+    for size in dict.fromkeys(min(int(path.smallest * factor), len(path.js)) for factor in _SIZE_RATIOS):
+        if last and path.js[last - 1] < NEGLIGIBLE_JS:
+            break
+        yield from path.drawn(size)
+        last = size
 
 
 def smallest(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> Simplified:
@@ -188,14 +181,6 @@ def simplified(rows: Floats, scores: Floats, weights: Floats, tree: Sequence[Spl
     path = _Path(rows, scores, weights, tuple(tree), ())
     exact = path.preference(len(tree) + 1)
     return path.rounded(exact, max(_TREE_TOLERANCE, path.distance(exact) + REST))
-
-
-def _column_sets(rows: Floats, scores: Floats, weights: Floats, columns: Ints) -> list[Ints]:
-    """Sets of columns for growing trees: the few that together distinguish levels of the scores, and all."""
-    levels = drawn_to_levels(scores, weights, NUM_LEVELS)
-    counts = columns[[len(np.unique(rows[:, column])) <= MAX_CODES for column in columns.tolist()]]
-    distinguishing = needed_columns(rows, levels, weights, counts, _MAX_DENSITY_CHANGE)
-    return [distinguishing, columns] if 0 < len(distinguishing) < len(columns) else [columns]
 
 
 @dataclass(frozen=True)

@@ -19,11 +19,20 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import expit
 from threadpoolctl import threadpool_limits
 
 from grammarlab.arrays import FEW, Flags, Floats, Ints
 from grammarlab.errors import UsageError
-from grammarlab.preference.base import MIN_SHARE, AbstractPreference, Prediction, Relevance, Rows, rows_to_predict
+from grammarlab.preference.base import (
+    MAX_SCORE,
+    MIN_SHARE,
+    AbstractPreference,
+    Prediction,
+    Relevance,
+    Rows,
+    rows_to_predict,
+)
 from grammarlab.preference.cells.box_search import NUM_CHAINS, find_boxes
 from grammarlab.preference.cells.cells import ScoreCells, grid_of
 from grammarlab.preference.cells.density_values import values_for_density
@@ -31,10 +40,11 @@ from grammarlab.preference.cells.sum_shares import split_columns, sums_of, widen
 from grammarlab.preference.factors import level_of
 from grammarlab.preference.growth.person_search import search
 from grammarlab.preference.growth.tree_growth import Others, Tree, TreeGrowth, loosened, posterior_shares
-from grammarlab.preference.judge.gain_of_trees import gain
+from grammarlab.preference.judge.evidence_of_trees import log_evidence
 from grammarlab.preference.judge.labelled_columns import selected
+from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
 from grammarlab.preference.observations import checked_groups, checked_kinds, checked_labels
-from grammarlab.preference.person import NOISES, START_PERSONS, Intervals, Person
+from grammarlab.preference.person import NOISES, START_PERSONS, Intervals, Person, value_of
 
 _NUM_DOUBTFUL = 10
 """Number of alternative trees, used only to choose questions."""
@@ -74,6 +84,9 @@ class PartitionPreference(AbstractPreference):
     boxes: tuple[Tree, ...] = ()
     """Trees of boxes that explain the scores (`grammarlab.preference.cells.box_search`), with all their bounds, whether
     these are worth their price or not; used only to choose questions."""
+    unlike: float = 0.0
+    """Probability that the designs of a cell may have different values, 0 to 1: if the scores do not show that all
+    have one, see `judged`."""
     designs: Designs | None = None
     """The designs over which predictions are a density; None for predictions of scores only."""
 
@@ -111,8 +124,8 @@ class PartitionPreference(AbstractPreference):
             value += share * np.array(cell_values)[number]
         variance = np.maximum(square - mean**2, 0.0) + self.noise**2
         # A blunder is any score from 0 to 100.
-        chance = self.blunders
-        variance = (1.0 - chance) * variance + chance * (100.0**2 / 12.0 + (1.0 - chance) * (mean - 50.0) ** 2)
+        chance, away = self.blunders, mean - MAX_SCORE / 2.0
+        variance = (1.0 - chance) * variance + chance * (MAX_SCORE**2 / 12.0 + (1.0 - chance) * away**2)
         return Prediction(value, np.sqrt(variance))
 
     def for_density(self, rows: Floats, weights: Floats) -> PartitionPreference:
@@ -164,17 +177,16 @@ class PartitionPreference(AbstractPreference):
             cell, cells = tree.cell_of(table)
             yield from [(cell, self._posteriors(cells))] * number
 
-    def gain(self, rows: Floats, scores: Floats, continuous: Flags, nothing: float) -> float:
-        """What the trees explain of some of the labels beyond any distribution, see `judge.gain_of_trees`, in nats.
+    def judged(self, rows: Floats, scores: Floats, continuous: Flags) -> float:
+        """Evidence of the trees for some of the labels as the judge sees it, in nats (`judge.evidence_of_trees`).
 
         Args:
             rows: [n, F] rows of these labels.
             scores: [n] scores of these labels, 0-100.
             continuous: [F] whether columns are continuous instead of counts.
-            nothing: evidence that one distribution of values explains the scores, in nats.
         """
         columns = split_columns(rows, self.groups, continuous, self.shares_of, scores, self.priors)
-        return gain(columns, Others(self.trees, widened(rows, self.shares_of)), scores, self.person, nothing)
+        return log_evidence(columns, Others(self.trees, widened(rows, self.shares_of)), scores, self.person)
 
     def without(
         self, rows: Floats, scores: Floats, continuous: Flags, intervals: Intervals | None = None
@@ -256,7 +268,7 @@ class PartitionPreference(AbstractPreference):
                 between = float(sizes @ (means - sizes @ means / sizes.sum()) ** 2)
                 groups = np.unique(owners[list(node.split.columns)])
                 explained[groups] += between / len(groups)
-        return explained / max(float(explained.sum()), 1e-12) if explained.any() else explained
+        return explained / explained.sum() if explained.any() else explained
 
     def _counting(self) -> Iterator[tuple[float, Tree]]:
         counting = self.shares >= MIN_SHARE
@@ -272,6 +284,28 @@ class PartitionPreference(AbstractPreference):
         probabilities = np.zeros((len(cells), len(self.cells.grid)))
         for share, labelled in self._allowed:
             probabilities += share * np.array([labelled.posterior(cell) for cell in cells]).reshape(probabilities.shape)
+        if self.unlike == 0.0:
+            return probabilities
+        unlike = self.unlike * self._are_unlike(cells)[:, None]
+        return (1.0 - unlike) * probabilities + unlike * self._mean_values(cells)
+
+    def _are_unlike(self, cells: Sequence[Ints]) -> Floats:
+        """[k] probability that the designs of each cell have different values, with even odds before any score."""
+        any_values = UnexplainedScores.of(self.cells.scores)
+        counts = np.array([any_values.members[cell].sum(axis=0) for cell in cells]).reshape(
+            len(cells), any_values.members.shape[1]
+        )
+        one_value = np.array([self.cells.of_labels(cell) for cell in cells])
+        return expit(any_values.log_evidence(counts) - one_value)
+
+    def _mean_values(self, cells: Sequence[Ints]) -> Floats:
+        """[k, G] the value with the mean score of each cell, as shares of the values of the grid beside it."""
+        means = value_of(np.array([self.cells.scores[cell].mean() for cell in cells]), self.noise, 0.0)
+        grid, every = self.cells.grid, np.arange(len(cells))
+        above = np.clip(np.searchsorted(grid, means), 1, len(grid) - 1)
+        share = (means - grid[above - 1]) / (grid[above] - grid[above - 1])
+        probabilities = np.zeros((len(cells), len(grid)))
+        probabilities[every, above - 1], probabilities[every, above] = 1.0 - share, share
         return probabilities
 
     @cached_property

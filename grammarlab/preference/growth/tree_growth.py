@@ -16,6 +16,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import expit
 
 from grammarlab.arrays import FEW, MANY, NUM_LEVELS, ROUNDING, SEVERAL, Floats, Ints
 from grammarlab.preference.base import HOPELESS
@@ -26,6 +27,8 @@ from grammarlab.preference.growth.screening import gains
 from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.growth.splits import Split, Value
 
+_DIVIDED = 0.9
+"""Prior probability that all labels are divided; it falls with the depth of a node."""
 _IMPROVED_DEPTH = 2
 """Number of levels of nodes that are grown again."""
 _EQUAL = 1e-4
@@ -260,8 +263,8 @@ class TreeGrowth:
         branch = self._cut_by(
             labels, depth, ranked, index, lambda part: self._drawn(part, depth + 1, doubt, randomness)
         )
-        odds = np.exp(np.clip((leaf.log_posterior - branch.log_posterior) / doubt, -50.0, 50.0))
-        return branch if randomness.random() * (1.0 + odds) < 1.0 else leaf
+        share = expit((branch.log_posterior - leaf.log_posterior) / doubt)
+        return branch if randomness.random() < share else leaf
 
     def _replanted(self, tree: Tree, rows: Floats, labels: Ints, depth: int) -> Tree:
         leaf = self._leaf(labels, depth)
@@ -405,9 +408,9 @@ def _node(labels: Ints, depth: int, split: Split, prior: float, parts: tuple[tup
 
 def _log_dividing(depth: int) -> float:
     """Log of the prior probability that a node is divided."""
-    return float(np.log(0.9 / np.sqrt(1.0 + depth)))
+    return float(np.log(_DIVIDED / np.sqrt(1.0 + depth)))
 
 
 def log_leaf(depth: int) -> float:
     """Log of the prior probability that a node is a cell."""
-    return float(np.log1p(-0.9 / np.sqrt(1.0 + depth)))
+    return float(np.log1p(-_DIVIDED / np.sqrt(1.0 + depth)))

@@ -75,7 +75,7 @@ def judged(
     labels = Labels.of(known, np.full(width, np.log(2.0) + np.log(max(width, 1))), scores)
     base = best_tree(labels, START_PERSONS)
     best_known = _better(base.explanation, _best_line(labels))
-    # As in `gain_of_trees`, scores of an undivided tree have any distribution, or values have one, with even odds.
+    # As in `unexplained_scores`, scores of an undivided tree have any distribution, or values have one, with even odds.
     of_values = unexplained(scores, folds_of(known, 0), possible_values()).log_evidence
     nothing = of_values - float(np.log(2.0)) + log_leaf(0)
     to_beat = max(best_known.total, nothing)

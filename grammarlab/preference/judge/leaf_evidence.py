@@ -68,10 +68,6 @@ class LeafEvidence:
         """Log-evidence of the scores of some labels."""
         return float(self.of_sums(self.terms[labels].sum(axis=0)))
 
-    def of_any(self, labels: Ints) -> float:
-        """Log-evidence of the scores of some labels if nothing explains them."""
-        return float(self.unexplained.log_evidence(self.unexplained.members[labels].sum(axis=0)[None])[0])
-
     def best_possible(self, labels: Ints) -> float:
         """Upper bound on the evidence of divisions of some labels: probabilities are at most 1."""
         return 0.0

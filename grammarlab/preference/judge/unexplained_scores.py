@@ -76,6 +76,22 @@ class UnexplainedScores:
         return np.logaddexp(repeated, smooth) - np.log(2.0)
 
 
+def log_evidence_of_nothing(scores: Floats, of_values: float) -> float:
+    """Log-evidence of scores that nothing explains, in nats.
+
+    With even odds, scores have any distribution, or values have one and the person errs. The first alone would be a
+    straw man for scores of which noise makes many 0, and the second for exact ones, of which many are equal.
+
+    Args:
+        scores: [n] 0-100.
+        of_values: evidence that one distribution of values explains the scores, in nats
+            (`grammarlab.preference.unexplained`).
+    """
+    of_any = UnexplainedScores.of(scores)
+    of_scores = float(of_any.log_evidence(of_any.members.sum(axis=0)[None])[0])
+    return float(np.logaddexp(of_scores, of_values) - np.log(2.0))
+
+
 def _alphas(depth: Ints) -> Floats:
     """[2, T] alpha of nodes at a depth, by both priors."""
     return _ALPHA * np.stack([np.ones(len(depth)), np.maximum(depth, 1) ** 2.0])

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import MANY, Floats
+from grammarlab.arrays import MANY, ROUNDING, Floats
 from grammarlab.preference.growth.screening import explained
 from grammarlab.preference.judge.parities import odd_sets
 
@@ -62,7 +62,7 @@ def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
     signs = 2.0 * flags[:, even] - 1.0
     centred = scores - scores.mean()
     means = signs.T @ signs / len(scores)
-    products = (signs * centred[:, None]).T @ signs / np.sqrt(np.maximum(1.0 - means**2, 1e-6))
+    products = (signs * centred[:, None]).T @ signs / np.sqrt(np.maximum(1.0 - means**2, ROUNDING))
     first, second = np.triu_indices(len(even), 1)
     order = np.argsort(-np.abs(products[first, second]), kind="stable")[:MANY]
     price = float(np.log(comb(flags.shape[1], 2)))

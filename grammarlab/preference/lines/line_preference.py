@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.preference.base import (
     MAX_SCORE,
     MIN_SHARE,
@@ -94,7 +94,7 @@ class LinePreference(AbstractPreference):
             # Columns have variance 1.
             squares = line.points[1:] ** 2
             groups = self.groups[self.distinct.columns[list(line.terms)]]
-            np.add.at(shares, groups, share * squares / max(float(squares.sum()), 1e-12))
+            np.add.at(shares, groups, share * squares / max(float(squares.sum()), ROUNDING))
         entries = zip(group_names, shares.tolist(), strict=True)
         return sorted(
             (Relevance(name, share, level_of(share)) for name, share in entries), key=lambda entry: -entry.share

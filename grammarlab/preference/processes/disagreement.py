@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from grammarlab.arrays import Floats, Ints
+from grammarlab.arrays import ROUNDING, Floats, Ints
 from grammarlab.preference.observations import Observations, observe
 from grammarlab.preference.processes.grouped import Explanation, GroupedPreference
 from grammarlab.preference.processes.grouped_search import NOISE
@@ -57,7 +57,7 @@ def joint(preference: GroupedPreference, rows: Floats, least: Floats) -> tuple[F
 def cautious_weights(preference: GroupedPreference, rows: Floats) -> Floats:
     """[F] least weights that make typical rows [m, F] slightly different for any difference."""
     total = 2.0 * float(np.sum(np.var(rows / preference.scales, axis=0)))
-    return CAUTION_DISTANCE / (max(total, 1e-12) * preference.scales**2)
+    return CAUTION_DISTANCE / (max(total, ROUNDING) * preference.scales**2)
 
 
 def doubtful_weights(preference: GroupedPreference, liked: Floats) -> Floats:

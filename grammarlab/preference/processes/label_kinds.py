@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import cholesky, solve_triangular
 
-from grammarlab.arrays import MAX_STEPS, Floats, Ints
+from grammarlab.arrays import MAX_STEPS, ROUNDING, Floats, Ints
 from grammarlab.errors import UsageError
 from grammarlab.preference.base import MAX_SCORE, Rows, dense_rows
 from grammarlab.preference.labels import COMPARISONS, Kind
@@ -66,7 +66,7 @@ class Sites(NamedTuple):
 
     def cavity(self) -> tuple[Floats, Floats]:
         """Mean [k] and variance [k] of each value, given all other labels."""
-        marginal = np.maximum(np.diagonal(self.covariance), 1e-9)
+        marginal = np.maximum(np.diagonal(self.covariance), ROUNDING)
         precision = np.maximum(1.0 / marginal - self.precisions, _LEAST_PRECISION)
         return (self.mean / marginal - self.shifts) / precision, 1.0 / precision
 
@@ -253,7 +253,7 @@ def middle_of(judgements: Judgements, hyperparameters: Hyperparameters) -> float
     rows = judgements.first[thumbs]
     thumb_labels = judgements.take(np.flatnonzero(thumbs))
     noise = max(float(np.sqrt(hyperparameters.noise)), MODEL_NOISE)
-    values, variances = mean[rows], np.maximum(np.diagonal(covariance)[rows], 1e-9)
+    values, variances = mean[rows], np.maximum(np.diagonal(covariance)[rows], ROUNDING)
     log_posteriors = [
         float(matched(thumb_labels.intervals(middle), values, variances, noise, START_BLUNDERS)[0].sum())
         - 0.5 * ((middle - MAX_SCORE / 2.0) / _SD_OF_MIDDLE) ** 2

@@ -68,6 +68,18 @@ def test_values_are_averages_over_the_noises_that_the_labels_allow():
     assert found._values([low])[0][0] == pytest.approx(sum(means) / sum(share for share, _ in likely))
 
 
+def test_designs_of_a_cell_may_have_different_values_if_one_value_would_make_blunders_of_scores():
+    rows = np.repeat([[0.0], [1.0]], [40, 24], axis=0)
+    scores = np.concatenate([np.repeat([0.0, 70.0], [34, 6]), np.full(24, 90.0)])
+    one_value = partition.fit(rows, scores)
+    assert one_value.trees[0].split is not None
+    np.testing.assert_allclose(one_value.predict(np.array([[0.0], [1.0]])).mean, [0.0, 90.0], atol=1.0)
+    unlike = replace(one_value, unlike=1.0)
+    np.testing.assert_allclose(unlike.predict(np.array([[0.0], [1.0]])).mean, [10.5, 90.0], atol=1.0)
+    half = replace(one_value, unlike=0.5)
+    np.testing.assert_allclose(half.predict(np.array([[0.0], [1.0]])).mean, [5.25, 90.0], atol=1.0)
+
+
 @takes_turns
 def test_a_blunder_is_no_structure():
     rows, randomness = coins(120, 6, 4), np.random.default_rng(5)

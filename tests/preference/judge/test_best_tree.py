@@ -5,10 +5,11 @@ import pytest
 
 from grammarlab.preference.growth.split_columns import SplitColumns
 from grammarlab.preference.growth.tree_growth import Others, TreeGrowth
-from grammarlab.preference.judge.gain_of_trees import gain
+from grammarlab.preference.judge.evidence_of_trees import log_evidence
 from grammarlab.preference.judge.judge import best_tree
 from grammarlab.preference.judge.labelled_columns import Labels
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
+from grammarlab.preference.judge.unexplained_scores import log_evidence_of_nothing
 from grammarlab.preference.person import Person
 
 
@@ -41,14 +42,21 @@ def test_the_gain_of_trees_is_what_they_explain_beyond_any_distribution():
     rows, person = randomness.integers(0, 2, (96, 60)).astype(np.float64), Person(10.0, 0.03)
     scores = np.clip(90.0 * rows[:, 3] + randomness.normal(0.0, 10.0, 96), 0.0, 100.0).round()
 
-    def gain_of(scores, price=4.0, nothing=-1e9):
+    def gain_of(scores, price=4.0):
         columns = SplitColumns.plain(rows, np.where(np.arange(60) == 3, price, np.log(60.0)))
         trees = Others(TreeGrowth(columns, LeafEvidence.of(scores, person)).trees(), rows)
-        return gain(columns, trees, scores, person, nothing)
+        return log_evidence(columns, trees, scores, person) - log_evidence_of_nothing(scores, -1e9)
 
     assert gain_of(scores) > 50.0
     assert gain_of(randomness.permutation(scores)) < 1.0
     assert gain_of(scores, price=9.0) == pytest.approx(gain_of(scores, price=8.0) - 1.0, abs=0.01)
     assert gain_of(np.full(96, 30.0)) < -5.0
-    # One distribution of values is as good a rival as any distribution of scores.
-    assert gain_of(scores, nothing=-160.0) - gain_of(scores, nothing=-150.0) == pytest.approx(10.0, abs=0.1)
+
+
+def test_one_distribution_of_values_is_as_good_a_rival_as_any_distribution_of_scores():
+    scores = np.repeat([0.0, 92.4], [13, 11])
+    of_scores = log_evidence_of_nothing(scores, -1e9)
+    assert log_evidence_of_nothing(scores, 0.0) == pytest.approx(-np.log(2.0), abs=0.01)
+    assert log_evidence_of_nothing(scores, of_scores + np.log(2.0)) == pytest.approx(of_scores + np.log(2.0))
+    # What is given again and again is hardly a surprise.
+    assert -24 * np.log(5.0) < of_scores < -24 * np.log(2.0)
