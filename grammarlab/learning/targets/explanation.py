@@ -469,7 +469,7 @@ class _ColumnWords:
         return all_of(statements) if has_none and len(statements) > 1 else any_of(statements)
 
     def _every_summand(self, interval: _Range) -> Statement | None:
-        """That all things are there of which a sum counts how many are, or are not; None for other conditions."""
+        """That all things are there of which a sum counts how many are, or not all; None for other conditions."""
         feature = self.table.features[interval.column]
         if (
             not isinstance(feature, Formula)
@@ -479,16 +479,18 @@ class _ColumnWords:
             return None
         operands = [feature.steps[index] for index in last.operands]
         read = [step.feature for step in feature.steps if isinstance(step, Measure)]
-        if interval.low <= len(operands) - 1.0 or not all(map(self._is_property, read)):
+        least = len(operands) - 1.0
+        are_all, is_one_missing = interval.low > least, interval.low <= 0.0 and least < interval.high <= least + 1.0
+        if not (are_all or is_one_missing) or not all(map(self._is_property, read)):
             return None
         is_named = [
             isinstance(step, Measure) or (isinstance(step, Apply) and step.operation == "not") for step in operands
         ]
-        parts = [self._said(operand, feature, True) for operand in operands]
+        parts = [self._said(operand, feature, are_all) for operand in operands]
         statements = [part for part in parts if part is not None]
-        return (
-            all_of(statements) if all(is_named) and len(statements) == len(parts) and len(read) == len(parts) else None
-        )
+        if not all(is_named) or len(statements) < len(parts) or len(read) < len(parts):
+            return None
+        return all_of(statements) if are_all else any_of(statements)
 
     def _comparison(self, interval: _Range) -> str:
         """What a bound near 0 on a difference says: ``a below b``; empty for other conditions."""

@@ -407,6 +407,7 @@ def test_a_full_sum_of_things_that_are_there_or_not_says_that_all_are():
     table = replace(table, features=(*features, formula))
     condition = _ColumnWords(table, table.values(600), DisplayNames({}, {}, {})).condition
     assert condition(_Range(2, 1.5, np.inf)).text == "Wall = Brick and tone ≠ 1"
+    assert condition(_Range(2, -np.inf, 1.5)).text == "Wall ≠ Brick or tone = 1"
     assert condition(_Range(2, 0.5, np.inf)).text != "Wall = Brick and tone ≠ 1"
 
 
