@@ -1,4 +1,4 @@
-"""Candidates that scores choose, as formulas: tables of pairs, and orders by which sequences never fall."""
+"""Candidates that scores choose, as formulas: tables of pairs, orders by which sequences never fall, mixed sets."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 from grammarlab.arrays import Floats, Ints
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
 from grammarlab.preference.judge.learned_orders import LearnedOrder, learned_orders
-from grammarlab.preference.judge.pair_tables import PairTable, pair_tables
-from grammarlab.tastes.basic_quantities import Elements
+from grammarlab.preference.judge.pair_tables import MixedSets, PairTable, mixed_sets, pair_tables
+from grammarlab.tastes.basic_quantities import Elements, distinct
 from grammarlab.tastes.choice_places import Choice, Outcome
-from grammarlab.tastes.quantities import is_short
+from grammarlab.tastes.quantities import Quantities, is_short
 from grammarlab.tastes.sequences import sequences_of
 
 
@@ -32,7 +32,7 @@ class ChosenCandidate(NamedTuple):
 
 def chosen_candidates(elements: Elements, scores: Floats) -> Iterator[ChosenCandidate]:
     """Columns that may explain scores [n] of the designs of some elements."""
-    productions = (_tables, _orders)
+    productions = (_tables, _orders, _mixtures)
     for make in productions:
         for candidate in make(elements, scores):
             if is_short(candidate.formula()):
@@ -56,6 +56,15 @@ def _orders(elements: Elements, scores: Floats) -> Iterator[ChosenCandidate]:
         yield ChosenCandidate(order.values(numbers), order.price, partial(_of_order, elements, order))
 
 
+def _mixtures(elements: Elements, scores: Floats) -> Iterator[ChosenCandidate]:
+    """Whether a design has parts of two sets."""
+    counts = elements.counts
+    parts = distinct(Quantities(counts.formulas, (counts.values > 0.0).astype(np.float64)))
+    has = parts.values > 0.0
+    for mixed in mixed_sets(has, scores):
+        yield ChosenCandidate(mixed.values(has), mixed.price, partial(_of_sets, parts.formulas, mixed))
+
+
 def _numbers(choices: Sequence[Choice | Outcome], num: int) -> Ints:
     """[num, K] numbers of the alternatives of K choices."""
     return np.array([choice.number for choice in choices], dtype=np.int64).reshape(len(choices), num).T
@@ -69,6 +78,15 @@ def _of_table(first: Choice | Outcome, second: Choice | Outcome, table: PairTabl
     pairs = [[*_any(first, ones), *_any(second, others)] for others, ones in ones_of.items()]
     rows = [reduce(partial(Formula.of, "and"), pair[1:], pair[0]) for pair in pairs if pair]
     return reduce(partial(Formula.of, "or"), rows[1:], rows[0])
+
+
+def _of_sets(parts: Sequence[Atom | Formula], mixed: MixedSets) -> Formula:
+    """Whether there is any part of either set."""
+    first, second = (
+        reduce(partial(Formula.of, "+"), (parts[index] for index in members[1:]), parts[members[0]])
+        for members in (mixed.first, mixed.second)
+    )
+    return Formula.of("and", first, second)
 
 
 def _any(choice: Choice | Outcome, numbers: Collection[int]) -> list[Atom | Formula]:

@@ -36,3 +36,12 @@ def colors_liked(elements):
     brick, trim = values["brickColor:0"] * values["Lot:0"], values["trim:1"]
     wood = values["woodColor:1"] * (1.0 - values["Lot:0"])
     return 90.0 * ((brick + wood > 0.0) == (trim > 0.0))
+
+
+def test_parts_that_must_not_be_mixed_are_a_formula():
+    elements = elements_of("towers")
+    counts = zip(elements.counts.formulas, elements.counts.values.T, strict=True)
+    has = {str(part): column > 0.0 for part, column in counts}
+    mixed = (has["Roof:0"] | has["color:1"]) & has["Tower:1"]
+    chosen = list(chosen_candidates(elements, 90.0 * ~mixed))
+    assert any(one.values.tolist() == mixed.tolist() for one in chosen if "{Tower:1} and" in str(one.formula()))

@@ -172,6 +172,8 @@ class _Writer:
             return _Words(compared, ">")
         if table := self._table(step):
             return _Words(table, step.operation)
+        if mixed := self._mixed(step):
+            return _Words(mixed, step.operation)
         operands = [earlier[index] for index in step.operands]
         if step.operation in _SIGNS:
             return _Words(_joined(step.operation, *operands), step.operation)
@@ -295,6 +297,22 @@ class _Writer:
             return ""
         pairs = list(map(" with ".join, rows))
         return pairs[0] if len(pairs) == 1 else f"{ONE_OF}{', or '.join(pairs)}"
+
+    def _mixed(self, step: Apply) -> str:
+        """Parts of two sets of which a model has some of both; empty for anything else."""
+        if step.operation != "and":
+            return ""
+        sides = [self._flat("+", self.steps[index]) for index in step.operands]
+        features = [[part.feature for part in side if isinstance(part, Measure)] for side in sides]
+        if len(sides[0]) + len(sides[1]) < 3 or list(map(len, features)) != list(map(len, sides)):
+            return ""
+        names = [[self.names[feature].removeprefix("number of ") for feature in side] for side in features]
+        texts = [
+            f"both one of {first} and one of {second}"
+            for most in range(MOST_NAMED, 0, -1)
+            for first, second in [(_first_of(side, most) for side in names)]
+        ]
+        return next((text for text in texts if len(text) <= MAX_LENGTH), texts[-1])
 
     def _row(self, step: Step) -> list[str]:
         """What a row of a table says of one or two choices, empty texts for anything else."""

@@ -80,6 +80,8 @@ FAR, THREE = "({*[A:0 + A:* + A:0]} + {*[A:1 + A:* + A:1]})", "{*[A:* + A:* + A:
         ("$a + (-1 and $b)", "a + (-1 and b)"),
         ("not ({A:0} and {B})", "not (A → alternative 1 and number of B)"),
         ("count({A:0}, {A:1})", "number of kinds of A"),
+        ("({A:0} + {B}) and ({C} + {D})", "both one of A → alternative 1 and B and one of C and D"),
+        ("{A:0} and ({C} + {D})", "both one of A → alternative 1 and one of C and D"),
         ("count({A:0}, {B}, not {C})", "number of these: A → alternative 1, B and not C"),
         ("followed(1, 2, $a, $b, $c)", "alternative 1 followed by 2 among a, b and c"),
         ("{A} - max({A:0}, {A:1})", "number of A unlike the most"),
