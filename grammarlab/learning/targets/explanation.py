@@ -45,7 +45,19 @@ from grammarlab.learning.designs.addresses import Address
 from grammarlab.learning.designs.contrasts import choice_of
 from grammarlab.learning.designs.design_tables import DesignTable
 from grammarlab.learning.targets.divergence import agreement
-from grammarlab.learning.targets.statements import IS, IS_NOT, OF_THESE, Statement, all_of, all_shown, any_of, shown
+from grammarlab.learning.targets.statements import (
+    IS,
+    IS_NOT,
+    OF_THESE,
+    Statement,
+    all_of,
+    all_shown,
+    any_of,
+    counted_thing,
+    quantity,
+    shown,
+    whole_numbers,
+)
 from grammarlab.preference.base import LIKED_SHARE, MAX_SCORE, NEGLIGIBLE_SHARE, SCORE_STEP
 from grammarlab.preference.regression_tree import Split, grow, leaves_of, means_of
 
@@ -219,8 +231,8 @@ def _parts(tree: Sequence[Split], rows: Floats, scores: Floats, weights: Floats,
         if not parts and not any(sides):
             has_any = np.any([rows[:, part.column] >= part.bound for part in alike], axis=0)
             mean, rest = (float(np.average(scores[each], weights=weights[each])) for each in (has_any, ~has_any))
-            told = (f"{text} ({mean:.0f}; others {rest:.0f})",)
-            return Words(told, ()) if mean > rest else Words((), told)
+            alone = (f"{text} ({mean:.0f}; others {rest:.0f})",)
+            return Words(alone, ()) if mean > rest else Words((), alone)
         sides[points < 0.0].append(f"{text} ({points:+.0f})")
     return Words(tuple(sides[0][:MAX_PARTS]), tuple(sides[1][:MAX_PARTS]))
 
@@ -410,15 +422,15 @@ class _ColumnWords:
         # Present properties are more informative than missing ones.
         present = [interval for interval in conditions if interval.low > 0.0]
         missing = [interval for interval in conditions if interval.low <= 0.0]
-        said, denied = list(map(self.condition, present)), list[Statement]()
+        affirmed, denied = list(map(self.condition, present)), list[Statement]()
         for group in dict.fromkeys(int(groups[interval.column]) for interval in missing):
             same = [interval for interval in missing if groups[interval.column] == group]
             rest = self._rest_of_choice([interval.column for interval in same])
             if rest is None:
                 denied += map(self.condition, same)
             else:
-                said.append(rest)
-        return [*said, *denied]
+                affirmed.append(rest)
+        return [*affirmed, *denied]
 
     def _rest_of_choice(self, excluded: Sequence[int]) -> Statement | None:
         """The alternatives of a choice that are left, if they are not more than the others; None for anything else."""
@@ -454,19 +466,35 @@ class _ColumnWords:
         *_, choice = feature.steps
         if not isinstance(choice, Apply) or choice.operation != "which":
             return None
-        numbered = enumerate((feature.steps[index] for index in choice.operands), 1)
-        numbers = {number: step.feature for number, step in numbered if isinstance(step, Measure)}
+        operands = [feature.steps[index] for index in choice.operands]
+        numbers: dict[Feature, int] = {}
+        for number, operand in enumerate(operands, 1):
+            if isinstance(operand, Measure):
+                numbers.setdefault(operand.feature, number)
+            elif operand != ZERO:
+                return None
+        if not self._are_exclusive(list(numbers)):
+            return None
         has_none = self.lowest[interval.column] < 1.0 and interval.low <= 0.0 < interval.high
         # Where none of them is possible, only the others are denied.
         parts = [
             self._thing_said(alternative, not has_none)
-            for number, alternative in numbers.items()
+            for alternative, number in numbers.items()
             if (interval.low <= number < interval.high) != has_none
         ]
         statements = [part for part in parts if part is not None]
         if not statements or len(statements) < len(parts):
             return None
         return all_of(statements) if has_none and len(statements) > 1 else any_of(statements)
+
+    def _are_exclusive(self, features: Sequence[Feature]) -> bool:
+        """Whether features are alternatives of one choice at one place, of which no design has two."""
+        columns = [self.table.features.index(each) for each in features if each in self.table.features]
+        places = {self.table.words.place(each) if isinstance(each, Pattern) else "" for each in features}
+        is_one_choice = len(places) == 1 and len({int(self.table.groups[column]) for column in columns}) == 1
+        if len(columns) < len(features) or not is_one_choice:
+            return False
+        return bool(((self._rows[:, columns] > 0.0).sum(axis=1) <= 1).all())
 
     def _every_summand(self, interval: _Range) -> Statement | None:
         """That all things are there of which a sum counts how many are, or not all; None for other conditions."""
@@ -520,9 +548,7 @@ class _ColumnWords:
         return ", ".join([*properties, self._amount(self.table.words[numbers[0]], numbers[0], interval).text])
 
     def _is_property(self, feature: Feature) -> bool:
-        """Whether designs have something or not: a branch of a draw, or a column of 0 and 1."""
-        if isinstance(feature, Draw):
-            return feature.branch is not None
+        """Whether designs have something or not: a column of 0 and 1, as of what no design draws several times."""
         return feature in self.table.features and self._is_choice(self.table.features.index(feature))
 
     def _is_choice(self, column: int) -> bool:
@@ -543,8 +569,9 @@ class _ColumnWords:
             return Statement(f"{thing} {'holds' if has else 'does not hold'}")
         if thing.startswith(COMBINATION):
             return Statement(f"{thing}: {'1' if has else 'none'}")
-        if isinstance(feature, Formula) and _WITH not in name and (said := self._said(feature.steps[-1], feature, has)):
-            return said
+        of_things = self._said(feature.steps[-1], feature, has) if isinstance(feature, Formula) else None
+        if of_things and _WITH not in name:
+            return of_things
         if BESIDE in thing:
             return Statement(thing if has else thing.replace(BESIDE, f" not{BESIDE}"))
         bare = _NUMBER.sub("", thing)
@@ -572,10 +599,10 @@ class _ColumnWords:
         if step.operation in (*_ALL_OF, "or", "+"):
             sign = "and" if (step.operation in _ALL_OF) == holds else "or"
             parts = [self._said(operand, formula, holds) for operand in operands]
-            known = [part for part in parts if part]
-            if len(known) < len(parts):
+            statements = [part for part in parts if part]
+            if len(statements) < len(parts):
                 return None
-            joined = any_of(known) if sign == "or" else all_of(known)
+            joined = any_of(statements) if sign == "or" else all_of(statements)
             return joined if len(joined.text) <= MAX_LENGTH else None
         if step.operation in ("==", "!="):
             return self._equality(operands, holds == (step.operation == "=="))
@@ -600,7 +627,7 @@ class _ColumnWords:
         if isinstance(feature, Threshold):
             return Statement(threshold_words(feature, holds))
         if isinstance(feature, Draw) and feature.branch is not None:
-            return Statement.of_choice(feature.site, IS if holds else IS_NOT, str(feature.branch))
+            return self._choice_said(feature, feature.site, str(feature.branch), holds)
         name = self.table.words[feature]
         if not isinstance(feature, Pattern | Present) or BESIDE in name or _WITH in name or _NO_CHOICE.search(name[4:]):
             return None
@@ -608,8 +635,11 @@ class _ColumnWords:
         place, arrow, value = thing.rpartition(" → ")
         if not arrow:
             return Statement(thing if holds else f"no {thing}")
-        is_once = feature in self.table.features and self._is_choice(self.table.features.index(feature))
-        if is_once or holds:
+        return self._choice_said(feature, place, value, holds)
+
+    def _choice_said(self, feature: Feature, place: str, value: str, holds: bool) -> Statement:
+        """That something is chosen, or is not: ``never`` where it can be chosen several times."""
+        if holds or self._is_property(feature):
             return Statement.of_choice(place, IS if holds else IS_NOT, value)
         return Statement(f"{place} = {value} never")
 
@@ -624,11 +654,11 @@ class _ColumnWords:
         low, high = interval.low, interval.high
         if np.ceil(high) - 1.0 == self.lowest[interval.column] > 0.0:
             low = self.lowest[interval.column]  # less never occurs
-        whole = self._whole(low, high)
+        whole = whole_numbers(low, high)
         if self.is_integer[interval.column] and " + " in name and not set("(·−") & set(name):
             things = name.split(" + ")
             numbered = self._number_of(things, low, high) if self.highest[interval.column] <= len(things) else ""
-            return Statement(numbered or f"{whole}{OF_THESE}{', '.join(map(_thing, things))}")
+            return Statement(numbered or f"{whole}{OF_THESE}{', '.join(map(counted_thing, things))}")
         place, arrow, value = name.rpartition(" → ")
         is_choice = bool(arrow) and not isinstance(feature, Formula)
         if is_choice and self.is_integer[interval.column]:
@@ -644,15 +674,7 @@ class _ColumnWords:
         if self.is_integer[interval.column]:
             return Statement(f"{subject} {whole}")
         unit = self.table.units[interval.column] if self.table.units else ""
-        return Statement(f"{subject} {self._quantity(low, high)}{'' if unit in ('', DEGREES) else ' '}{unit}")
-
-    @staticmethod
-    def _quantity(low: float, high: float) -> str:
-        """A range of a continuous number, whose bounds never occur themselves."""
-        first, last = (f"{bound:.3g}" if abs(bound) < 999.5 else f"{bound:,.0f}" for bound in (low, high))
-        if np.isfinite(low + high):
-            return f"{first} to {last}"
-        return f"at least {first}" if np.isfinite(low) else f"at most {last}"
+        return Statement(f"{subject} {quantity(low, high)}{'' if unit in ('', DEGREES) else ' '}{unit}")
 
     def _number_of(self, things: Sequence[str], low: float, high: float) -> str:
         """How many of equal choices there are: ``2 of Ground floor, Upper floor are Office``; empty for others."""
@@ -665,18 +687,8 @@ class _ColumnWords:
             return ""
         if True in are_denied:  # as many are the value as are not denied
             low, high = len(things) - np.ceil(high) + 1.0, len(things) - np.ceil(low) + 1.0
-        num = self._whole(low, high)
+        num = whole_numbers(low, high)
         return f"{num} of {', '.join(places)} {'is' if num in ('1', 'at most 1') else 'are'} {values[0]}"
-
-    @staticmethod
-    def _whole(low: float, high: float) -> str:
-        """Whole numbers between bounds; the ends themselves are given."""
-        first, last = np.ceil(low), np.ceil(high) - 1.0
-        if not np.isfinite(last):
-            return f"{first:.0f} or more"
-        if not np.isfinite(first):
-            return "none" if last == 0.0 else f"at most {last:.0f}"
-        return f"{first:.0f}" if first == last else f"{first:.0f} to {last:.0f}"
 
 
 def _factors(formula: Formula, step: Step) -> Iterator[Feature | None]:
@@ -686,10 +698,3 @@ def _factors(formula: Formula, step: Step) -> Iterator[Feature | None]:
             yield from _factors(formula, formula.steps[index])
     else:
         yield step.feature if isinstance(step, Measure) else None
-
-
-def _thing(name: str) -> str:
-    """A summand of a number of things: ``no Door`` for ``not number of Door``."""
-    if name.startswith("not ") and " → " in name:
-        return name.removeprefix("not ").replace(" → ", " ≠ ")
-    return name.replace("not number of ", "no ").removeprefix("number of ").replace(" → ", " = ")

@@ -10,6 +10,8 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby, takewhile
 from typing import NamedTuple
 
+import numpy as np
+
 from grammarlab.language.display_names import DisplayNames
 
 OF_THESE = " of these: "
@@ -60,6 +62,32 @@ def all_of(statements: Sequence[Statement]) -> Statement:
 def _connected(statements: Sequence[Statement], sign: str) -> Statement:
     texts = (each.text if each.sign in ("", sign) else f"({each.text})" for each in statements)
     return Statement(f" {sign} ".join(texts), sign)
+
+
+def quantity(low: float, high: float) -> str:
+    """A range of a continuous number, whose bounds never occur themselves.
+
+    >>> quantity(2.5, 7.0), quantity(1234.5, np.inf), quantity(-np.inf, 3.0)
+    ('2.5 to 7', 'at least 1,234', 'at most 3')
+    """
+    first, last = (f"{bound:.3g}" if abs(bound) < 999.5 else f"{bound:,.0f}" for bound in (low, high))
+    if np.isfinite(low + high):
+        return f"{first} to {last}"
+    return f"at least {first}" if np.isfinite(low) else f"at most {last}"
+
+
+def whole_numbers(low: float, high: float) -> str:
+    """Whole numbers between bounds; the ends themselves are given.
+
+    >>> whole_numbers(0.5, 2.5), whole_numbers(1.5, np.inf), whole_numbers(-np.inf, 0.5)
+    ('1 to 2', '2 or more', 'none')
+    """
+    first, last = np.ceil(low), np.ceil(high) - 1.0
+    if not np.isfinite(last):
+        return f"{first:.0f} or more"
+    if not np.isfinite(first):
+        return "none" if last == 0.0 else f"at most {last:.0f}"
+    return f"{first:.0f}" if first == last else f"{first:.0f} to {last:.0f}"
 
 
 def shown(statement: Statement, names: DisplayNames) -> str:
@@ -131,3 +159,10 @@ def _together(places: Sequence[str]) -> str:
     shared = min(most, sum(1 for _ in takewhile(lambda each: len(set(each)) == 1, ends)))
     own = [" ".join(each[: len(each) - shared]) for each in words]
     return " ".join([f"{', '.join(own[:-1])} or {own[-1]}", *words[0][len(words[0]) - shared :]])
+
+
+def counted_thing(name: str) -> str:
+    """A summand of a number of things: ``no Door`` for ``not number of Door``."""
+    if name.startswith("not ") and " → " in name:
+        return name.removeprefix("not ").replace(" → ", " ≠ ")
+    return name.replace("not number of ", "no ").removeprefix("number of ").replace(" → ", " = ")

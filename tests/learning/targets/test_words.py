@@ -11,14 +11,17 @@ import pytest
 import grammarlab as gl
 from grammarlab.arrays import Floats
 from grammarlab.evaluation.preparation import true_scores
+from grammarlab.features.columns.column_names import FeatureNames
 from grammarlab.features.columns.formula_names import MOST_NAMED
 from grammarlab.features.expression import Expression
+from grammarlab.features.patterns.operations import evaluate
 from grammarlab.features.patterns.pattern import Draw, Formula, Pattern
 from grammarlab.language.display_names import DisplayNames
 from grammarlab.learning.designs.design_tables import Columns, DesignTable
 from grammarlab.learning.designs.pool import Pool
 from grammarlab.learning.round import Study, init
 from grammarlab.learning.targets.explanation import MAX_PARTS, Words, _ColumnWords, _Range, words_of
+from grammarlab.learning.targets.statements import shown
 from grammarlab.runs.sample.sources import load_source
 from tests.cases import takes_turns
 
@@ -382,20 +385,62 @@ def test_products_and_quotients_of_things_that_are_there_or_not_say_that_all_are
 
 
 @pytest.mark.parametrize(
-    ("least", "liked", "likes", "dislikes"),
+    ("least", "low", "high", "told"),
     [
-        (1, (1, 2), ("Ground = alternative 1 / alternative 2 (100; others 0)",), ()),
-        (1, (3,), ("Ground = alternative 3 (100; others 0)",), ()),
-        (0, (2, 3), ("Ground = alternative 2 / alternative 3 (100; others 0)",), ()),
-        (0, (0, 1), (), ("Ground = alternative 2 / alternative 3 (0; others 100)",)),
+        (1, -np.inf, 2.5, "Ground = alternative 1 / alternative 2"),
+        (1, 2.5, np.inf, "Ground = alternative 3"),
+        (0, 1.5, np.inf, "Ground = alternative 2 / alternative 3"),
+        (0, -np.inf, 1.5, "Ground ≠ alternative 2 and Ground ≠ alternative 3"),
     ],
 )
-def test_numbers_of_alternatives_are_told_as_the_alternatives(least, liked, likes, dislikes):
-    numbers = np.random.default_rng(1).integers(least, 4, (900, 1)).astype(np.float64)
-    formula = Formula.of("which", *(Pattern("Ground", branch=(branch,)) for branch in range(3)))
-    table = replace(table_of(numbers, ["Ground"]), features=(formula,))
-    words = words_of(table, np.where(np.isin(numbers[:, 0], liked), 100.0, 0.0), np.ones(900))
-    assert (words.likes, words.dislikes) == (likes, dislikes)
+def test_numbers_of_alternatives_are_told_as_the_alternatives(least, low, high, told):
+    branches, rows = alternatives_of_one_place(np.eye(4)[np.random.default_rng(1).integers(least, 4, 900)][:, 1:])
+    condition = condition_of_first(first_of(branches, rows, branches), low, high)
+    assert shown(condition, DisplayNames({}, {}, {})) == told
+
+
+def alternatives_of_one_place(rows):
+    return [Pattern("Ground", branch=(branch,)) for branch in range(rows.shape[1])], rows
+
+
+def first_of(features, rows, operands, groups=None):
+    """A table of alternatives, and of the number of the first one of some operands that a design has."""
+    formula = Formula.of("which", *operands)
+    values = {feature: rows[:, column] for column, feature in enumerate(features)}
+    number = evaluate(formula.steps, values, len(rows))
+    groups = [*(groups or [0] * len(features)), 99]
+    names = [FeatureNames()[feature] for feature in features]
+    table = table_of(np.column_stack([rows, number]), [*names, "Ground"], groups)
+    return replace(table, features=(*features, formula))
+
+
+def condition_of_first(table, low, high):
+    column = len(table.names) - 1
+    return _ColumnWords(table, table.values(len(table.rows)), DisplayNames({}, {}, {})).condition(
+        _Range(column, low, high)
+    )
+
+
+@pytest.mark.parametrize(("low", "high"), [(-np.inf, 1.5), (1.5, np.inf), (0.5, 2.5)])
+def test_positions_of_several_things_at_once_are_no_alternatives(low, high):
+    """The first of several floors that are offices says nothing about the floors after it."""
+    floors, rows = [Pattern(f"F{number}", branch=(0,)) for number in (1, 2, 3)], coins(600, 3)
+    assert "alternative" not in condition_of_first(first_of(floors, rows, floors, [0, 1, 2]), low, high).text
+    exclusive = np.eye(4)[np.random.default_rng(1).integers(0, 4, 600)][:, 1:]
+    assert "alternative" not in condition_of_first(first_of(floors, exclusive, floors, [0, 1, 2]), low, high).text
+    branches, rows = alternatives_of_one_place(rows)
+    assert "alternative" not in condition_of_first(first_of(branches, rows, branches), low, high).text
+
+
+def test_alternatives_are_told_only_if_all_are_known_and_once():
+    branches, rows = alternatives_of_one_place(np.eye(4)[np.random.default_rng(1).integers(0, 4, 600)][:, 1:])
+    first, second, third = branches
+    unknown = first_of(branches, rows, [first, Formula.of("not", second), third])
+    assert "alternative" not in condition_of_first(unknown, 0.5, 2.5).text
+    some = first_of(branches, rows, [first, 0.0, third])
+    assert condition_of_first(some, 0.5, np.inf).text.count("Ground = ") == 2
+    twice = first_of(branches, rows, [first, first, second])
+    assert condition_of_first(twice, 0.5, 2.5).text == "Ground = alternative 1"
 
 
 def test_a_full_sum_of_things_that_are_there_or_not_says_that_all_are():
@@ -409,6 +454,23 @@ def test_a_full_sum_of_things_that_are_there_or_not_says_that_all_are():
     assert condition(_Range(2, 1.5, np.inf)).text == "Wall = Brick and tone ≠ 1"
     assert condition(_Range(2, -np.inf, 1.5)).text == "Wall ≠ Brick or tone = 1"
     assert condition(_Range(2, 0.5, np.inf)).text != "Wall = Brick and tone ≠ 1"
+
+
+@pytest.mark.parametrize("most", [1, 3])
+def test_what_a_function_draws_several_times_is_no_property(most):
+    """Three draws of 0 and one floor are three, and so are two draws and a mast: neither says what is there."""
+    randomness = np.random.default_rng(1)
+    draws, floors, masts = randomness.integers(0, [most + 1, 5, 2], (900, 3)).astype(np.float64).T
+    draw, floor, mast = Draw("f#1", 0), Pattern("Floor"), Pattern("Mast")
+    product, total, alone = Formula.of("*", draw, floor), Formula.of("+", mast, draw), Formula.of("not", draw)
+    rows = np.column_stack([draws, floors, masts, draws * floors, masts + draws, draws == 0.0])
+    names = ["f#1 = 0", "number of Floor", "number of Mast", "a product", "number of Mast + f#1 = 0", "no draw"]
+    table = replace(table_of(rows, names), features=(draw, floor, mast, product, total, alone))
+    condition = _ColumnWords(table, rows, DisplayNames({}, {}, {})).condition
+    is_property = most == 1
+    assert condition(_Range(3, 2.5, np.inf)).text.startswith("f#1 = 0, ") == is_property
+    assert (condition(_Range(4, 1.5, np.inf)).text == "Mast and f#1 = 0") == is_property
+    assert condition(_Range(5, 0.5, np.inf)).text == ("f#1 ≠ 0" if is_property else "f#1 = 0 never")
 
 
 def test_what_is_there_or_not_is_named_rather_than_a_number_that_says_the_same():
