@@ -18,6 +18,8 @@ from functools import partial
 from itertools import takewhile
 from pathlib import PurePosixPath
 
+import numpy as np
+
 from grammarlab.language.checking.percentages import constant
 from grammarlab.language.syntax.builtins import blocks, operations
 from grammarlab.language.syntax.syntax_tree import (
@@ -59,10 +61,16 @@ _ONE = rf"(?:{_LINE}|{_IDENTIFIER}\.?|{_SHARE}|\d+)"
 _LISTED = re.compile(rf"(?<![\w.#])({_IDENTIFIER}(?: \d+)?)( [=≠] )({_ONE}(?: / {_ONE})+)")
 """Several alternatives of a choice: ``Wall = Brick / Glass``."""
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
+_FILE = re.compile(r"\.[^\W\d]\w{1,3}$|\w/[^\W\d][^/]*$")
+"""How texts of files end: with a suffix that begins with a letter, or a name after a folder."""
 _LONGEST = 60
 """Largest number of characters of a word from a grammar."""
 _MAX_LETTERS = 2
 """Largest number of characters of a text that is read together with what it is an argument of."""
+_ALONE = "(alone)"
+"""After the only successor of a branch that has no operations; no identifier reads so."""
+_NUM_ENDS = 2
+"""Number of ends of a range."""
 _ABBREVIATED: Mapping[str, str] = {"s": "size", "t": "translation", "r": "rotation", "i": "asset", "NIL": "nothing"}
 """Words for operations that have no name of their own."""
 _MAX_GREY = 0.12
@@ -107,6 +115,8 @@ class DisplayNames:
     branches of its rules."""
     values: Mapping[tuple[str, int], str]
     """Words by attribute and number, for alternatives of random attributes."""
+    attributes: frozenset[str] = frozenset()
+    """Attributes and functions, whose alternatives have numbers from 0 where they have no words."""
 
     @classmethod
     def of(cls, tree: RuleFile) -> DisplayNames:
@@ -116,7 +126,9 @@ class DisplayNames:
         branches: dict[tuple[str, str], str] = {}
         values: dict[tuple[str, int], str] = {}
         definitions = [node for node in walk(tree) if isinstance(node, Attribute | Function | Rule)]
-        attributes = frozenset(node.name for node in definitions if not isinstance(node, Rule))
+        # Draws are numbered over all overloads of a function, so values are those of names with one definition.
+        overloads = Counter(node.name for node in definitions if not isinstance(node, Rule))
+        attributes = frozenset(overloads)
         for definition in definitions:
             identifiers[definition.name] = None
             given |= _given(definition.name, definition.annotations)
@@ -126,18 +138,16 @@ class DisplayNames:
                     # Rules of one name differ in their parameters, which a name of a branch does not have.
                     is_other = branches.setdefault((definition.name, key), word) != word
                     branches |= {(definition.name, key): ""} if is_other else {}
-            elif isinstance(definition.value, Stochastic):
-                texts = list(map(_value, definition.value.branches))
-                words = _distinct(texts) if all(texts) and len(set(texts)) == len(texts) else []
-                for index, word in enumerate(words):
-                    is_other = values.setdefault((definition.name, index), word) != word
-                    values |= {(definition.name, index): ""} if is_other else {}
+            elif isinstance(definition.value, Stochastic) and overloads[definition.name] == 1:
+                values |= {
+                    (definition.name, index): word for index, word in enumerate(_words_of_values(definition.value))
+                }
         split = {name: _own_words(name) for name in identifiers}
         counts = _counted(split)
         whole = {name: words if counts[words] == 1 else _qualified(name, words) for name, words in split.items()}
         counts = _counted(whole)
         split = {name: words for name, words in whole.items() if counts[words] == 1 and words != name}
-        return cls(split | given, branches, values)
+        return cls(split | given, branches, values, attributes)
 
     def text(self, text: str) -> str:
         """A text in which words replace identifiers, such as a name of a column or a sentence of these."""
@@ -169,12 +179,16 @@ class DisplayNames:
             return before + _without_repeated(name, self.names.get(match["one"], match["one"]))
         if match["branch"]:
             return before + (self.branches.get((of, match["line"] or match["share"])) or match["branch"])
-        word = "" if draw or match["place"] else self.values.get((of, int(match["number"])))
-        return before + (word or match["number"])
+        number = int(match["number"])
+        word = "" if draw or match["place"] else self.values.get((of, number))
+        # The index of an alternative would read like its value.
+        return before + (word or (f"alternative {number + 1}" if of in self.attributes else match["number"]))
 
 
 def _without_repeated(of: str, one: str) -> str:
-    """Words of an alternative without those that begin the words of the choice."""
+    """Words of an alternative without those that begin the words of the choice, unless these are all it is called."""
+    if of == one:
+        return one
     repeated = 0
     for first, second in zip(of.lower().split(), one.lower().split()[:-1], strict=False):
         if first != second:
@@ -274,10 +288,11 @@ def _words_among_siblings(body: Choice, attributes: frozenset[str]) -> list[str]
         return [""]
     words = [""] * len(leaves)
     for sayings in (_texts, _colors, _calls, partial(_attributes, attributes), _parts):
-        said = [list(dict.fromkeys(sayings(leaf))) for leaf in leaves]
-        counts = Counter(saying for each in said for saying in each)
-        own = [[saying for saying in each if counts[saying] == 1] for each in said]
-        new = _distinct([_common(each) if isinstance(sayings, partial) else "".join(each[:1]) for each in own])
+        of_leaves = [list(dict.fromkeys(sayings(leaf))) for leaf in leaves]
+        counts = Counter(saying for each in of_leaves for saying in each)
+        own = [[saying for saying in each if counts[saying] == 1] for each in of_leaves]
+        texts = [_common(each) if isinstance(sayings, partial) else "".join(each[:1]) for each in own]
+        new = _distinct(texts, list(map(_short, texts)) if sayings in (_texts, _colors) else texts)
         # Names of several attributes can begin with the same words.
         words = [word or (other if new.count(other) == 1 else "") for word, other in zip(words, new, strict=True)]
     inner = [word for branch in _branches(body) for word in _words_among_siblings(branch, attributes)]
@@ -291,24 +306,26 @@ def _branches(choice: Choice) -> tuple[Choice, ...]:
 def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[str, str]]:
     """Line, and percentage if no other branch has it, of each branch of a rule that says something: a word.
 
-    A word that several random branches have, of different choices, has its line.
+    A word that several branches have, of different choices, has its line, and its number if the line has several.
     """
     leaves, words = list(alternatives(body)), _words_among_siblings(body, attributes)
-    drawn = {id(leaf) for node in walk(body) if isinstance(node, Stochastic) for leaf in alternatives(node)}
-    counts = Counter(word for word, leaf in zip(words, leaves, strict=True) if id(leaf) in drawn)
-    words = [
-        f"{word} (line {leaf.location.line})" if counts[word] > 1 and word else word
-        for word, leaf in zip(words, leaves, strict=True)
-    ]
     lines = Counter(leaf.location.line for leaf in leaves)
     keys = [
         f"line {line}" + (f" branch {number}" if lines[line] > 1 else "")
         for number, line in enumerate((leaf.location.line for leaf in leaves), 1)
     ]
+    num_words = Counter(words)
+    num_here = Counter((word, leaf.location.line) for word, leaf in zip(words, leaves, strict=True))
+    words = [
+        f"{word} ({key if num_here[word, leaf.location.line] > 1 else f'line {leaf.location.line}'})"
+        if word and num_words[word] > 1
+        else word
+        for word, leaf, key in zip(words, leaves, keys, strict=True)
+    ]
     if isinstance(body, Stochastic) and len(body.branches) == len(leaves):
-        known = [share.value if isinstance(share, Number) else 0.0 for share in body.percentages]
-        rest = 100.0 - sum(known)
-        keys += [f"{rest if s is None else k:.3g}%" for s, k in zip(body.percentages, known, strict=True)]
+        written = [share.value if isinstance(share, Number) else 0.0 for share in body.percentages]
+        rest = 100.0 - sum(written)
+        keys += [f"{rest if s is None else w:.3g}%" for s, w in zip(body.percentages, written, strict=True)]
     counts = Counter(keys)
     yield from ((key, word) for key, word in zip(keys, words * 2, strict=False) if word and counts[key] == 1)
 
@@ -323,11 +340,34 @@ def _value(node: Choice) -> str:
         return _own_words(node.identifier)
     if isinstance(node, Call) and node.function == "rand" and node.arguments:
         ends = [constant(argument) for argument in node.arguments]
-        known = [end for end in ([0.0, *ends] if len(ends) == 1 else ends) if end is not None]
-        return f"{known[0]:.4g} to {known[1]:.4g}" if len(known) == len("ab") else ""
-    return (
-        "" if isinstance(node, Case | Stochastic | Sequence) or (number := constant(node)) is None else f"{number:.4g}"
-    )
+        numbers = sorted(end for end in ([0.0, *ends] if len(ends) == 1 else ends) if end is not None)
+        return " to ".join(map(_number, numbers)) if len(numbers) == _NUM_ENDS else ""
+    if isinstance(node, Case | Stochastic | Sequence) or (number := constant(node)) is None:
+        return ""
+    return _number(number)
+
+
+def _number(value: float) -> str:
+    """A number with all its digits, of fractions the first six.
+
+    >>> _number(100000.0), _number(1234567.0), _number(-0.25), _number(1 / 3), _number(0.00001)
+    ('100,000', '1,234,567', '-0.25', '0.333333', '0.00001')
+    """
+    if value == np.rint(value):
+        return f"{value:,.0f}"
+    return np.format_float_positional(value, precision=6, fractional=abs(value) >= 1.0, trim="-")
+
+
+def _words_of_values(choice: Stochastic) -> list[str]:
+    """A word for each of several values; none if one has no words, or two are equal."""
+    values = list(map(_value, choice.branches))
+    if not all(values) or len(set(values)) < len(values):
+        return []
+    short = [
+        _short(value) if isinstance(node, String) else value
+        for value, node in zip(values, choice.branches, strict=True)
+    ]
+    return _distinct(values, short)
 
 
 def _texts(node: Node) -> Iterator[str]:
@@ -365,7 +405,7 @@ def _calls(node: Node) -> Iterator[str]:
     """Successors with their numbers: ``Low 2``."""
     for part in walk(node):
         if isinstance(part, Invoke) and part.name[:1].isupper():
-            numbers = [f"{argument.value:g}" for argument in part.arguments if isinstance(argument, Number)]
+            numbers = [_number(argument.value) for argument in part.arguments if isinstance(argument, Number)]
             if numbers:
                 yield " ".join([_own_words(part.name), *numbers])
 
@@ -373,10 +413,10 @@ def _calls(node: Node) -> Iterator[str]:
 def _parts(node: Node) -> Iterator[str]:
     """Successors of a branch, whether it has one and no operations, then its operations."""
     invoked = [part.name for part in walk(node) if isinstance(part, Invoke)]
-    made = [_own_words(name) for name in invoked if name not in operations()]
-    yield from made
-    if made and isinstance(node, Sequence) and len(node.items) == 1 and isinstance(node.items[0], Invoke):
-        yield f"only {made[0]}"
+    successors = [_own_words(name) for name in invoked if name not in operations()]
+    yield from successors
+    if successors and isinstance(node, Sequence) and len(node.items) == 1 and isinstance(node.items[0], Invoke):
+        yield f"{successors[0]} {_ALONE}"
     used = [part.name for part in walk(node) if isinstance(part, Invoke | Block)]
     yield from (_ABBREVIATED.get(name, _split(name)) for name in used if name in operations() or name in blocks())
 
@@ -401,19 +441,24 @@ def _common(names: list[str]) -> str:
     return " ".join(shared) or "".join(names[:1])
 
 
-def _distinct(texts: list[str]) -> list[str]:
-    """A word for each text: of a colour its name, of a file its name without suffix; as it is if that is not unique."""
-    words = [_short(text) for text in texts]
-    counts = Counter(words)
-    return [
+def _distinct(texts: list[str], short: list[str]) -> list[str]:
+    """A word for each text: a shorter one, or the text itself if that is not unique; empty if the word is not either.
+
+    Args:
+        texts: the texts; empty for none.
+        short: a shorter word for each.
+    """
+    counts = Counter(short)
+    words = [
         (word if counts[word] == 1 else text)[:_LONGEST] if text.isprintable() else ""
-        for text, word in zip(texts, words, strict=True)
+        for text, word in zip(texts, short, strict=True)
     ]
+    counts = Counter(words)
+    return [word if counts[word] == 1 else "" for word in words]
 
 
 def _short(text: str) -> str:
+    """Of a colour its name, of a file its name without suffix; anything else as it is."""
     if _COLOR.fullmatch(text):
         return color_word(text)
-    if "/" in text or ":" in text or re.search(r"\.\w{2,4}$", text):
-        return _split(PurePosixPath(text.rpartition(":")[2]).stem) or text
-    return text
+    return _split(PurePosixPath(text.rpartition(":")[2]).stem) or text if _FILE.search(text) else text

@@ -186,7 +186,7 @@ Faces --> X.
         ("Plan = line 11 branch 2", "Plan = Wing l (line 11)"),
         ("Plan = line 12 branch 4", "Plan = Wing l (line 12)"),
         ("Plan = line 12 branch 6", "Plan = Court"),
-        ("Side = line 14, Side = line 15, Side ≠ line 16", "Side = only Faces, Side = split, Side ≠ size"),
+        ("Side = line 14, Side = line 15, Side ≠ line 16", "Side = Faces (alone), Side = split, Side ≠ size"),
         ("Höfe → 40%, Höfe → 60%", "Höfe → shape L, Höfe → shape U"),
         ("gap#1 = 0 and gap#1 ≠ 1", "gap = 0 and gap ≠ 3 to 6"),
         ("gap#2 at least 4", "gap (draw 2) at least 4"),
@@ -201,3 +201,75 @@ def test_branches_that_only_their_siblings_distinguish_have_words(name, words):
 def test_a_leaf_that_is_called_after_a_rule_has_its_words():
     names = DisplayNames.of(gl.Grammar.parse("Lot --> 50% : GreenSpace else : X.\nGreenSpace --> GreenSpace.").tree)
     assert names.text("Lot ≠ GreenSpace") == "Lot ≠ Green space"
+
+
+def words_in(rules, name):
+    return DisplayNames.of(gl.Grammar.parse(rules).tree).text(name)
+
+
+def test_values_are_those_of_the_draw_that_a_number_means():
+    """Draws are numbered over all overloads of a function, also those below conditions."""
+    rules = """f(a) = case a > 1 : 50% : 1 else : 2 else : 3
+f(a, b) = 50% : 7 else : 8
+Lot --> extrude(f(2) + f(1, 2)) X."""
+    assert words_in(rules, "f#1 = 0, f#2 ≠ 1") == "f (draw 1) = alternative 1, f (draw 2) ≠ alternative 2"
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "words"),
+    [
+        ("0.25", "1.75", "0.25, 1.75"),
+        ("12.125", "12.5", "12.125, 12.5"),
+        ("100000", "123456", "100,000, 123,456"),
+        ("1234567", "1234568", "1,234,567, 1,234,568"),
+        ("0.00001", "1/3", "0.00001, 0.333333"),
+        ("rand(1.5, 12.75)", "rand(6, 3)", "1.5 to 12.75, 3 to 6"),
+        ("rand(-2)", "rand(2)", "-2 to 0, 0 to 2"),
+        ('"v1.25"', '"v1.5"', "v1.25, v1.5"),
+        ('"1/2"', '"A / B"', "1/2, A / B"),
+        ('"oldWall.obj"', '"maps/newWall"', "old wall, new wall"),
+        (f'"{"x" * 60}a"', f'"{"x" * 60}b"', "alternative 1, alternative 2"),
+        ("3 + Lot.h", "4", "alternative 1, alternative 2"),
+    ],
+)
+def test_values_are_told_as_they_are_written(first, second, words):
+    rules = f"attr h = 50% : {first} else : {second}\nattr other = 3\nLot --> extrude(h) X."
+    rules = rules.replace("Lot.h", "geometry.area")
+    assert words_in(rules, "h = 0") == f"h = {words.split(', ')[0]}"
+    assert words_in(rules, "h = 1") == f"h = {words.split(', ')[1]}"
+
+
+def test_numbers_of_successors_keep_their_digits():
+    rules = "Lot --> 40% : Low(2.25) 30% : Low(2.5) else : Low(1000000)\nLow(a) --> X."
+    names = (f"Lot = line 1 branch {number}" for number in (1, 2, 3))
+    assert [words_in(rules, name) for name in names] == ["Lot = Low 2.25", "Lot = Low 2.5", "Lot = Low 1,000,000"]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "case geometry.area > 9 : 50% : A else : B else : 50% : A else : B",
+        "case geometry.area > 9 :\n 50% : A else : B\n else : 50% : A\n else : B",
+        "case geometry.area > 9 : A else : 50% : A else : B",
+        "40% : A 30% : only_A else : A B",
+        "40% : A 30% : only_A A else : A A",
+    ],
+)
+def test_words_of_the_branches_of_a_rule_are_unique(body):
+    names = DisplayNames.of(gl.Grammar.parse(f"Lot --> {body}\nA --> X.\nB --> X.\nonly_A --> Y.").tree)
+    words = [word for (_, key), word in names.branches.items() if key.startswith("line")]
+    assert len(words) >= 2
+    assert len(set(words)) == len(words)
+
+
+def test_only_is_said_as_no_identifier_reads():
+    rules = "Lot --> 50% : A else : A A\nA --> 50% : only_A(1) else : only_A(1) B\nonly_A(a) --> Y."
+    assert words_in(rules, "Lot = line 1 branch 1, A = line 2 branch 1") == "Lot = A (alone), A = only A (alone)"
+
+
+def test_a_leaf_that_is_called_after_its_own_rule_is_named_whole():
+    rules = "Lot --> 50% : GreenSpace else : X.\nGreenSpace --> 50% : GreenSpace. else : Other."
+    assert (
+        words_in(rules, "GreenSpace = GreenSpace., GreenSpace ≠ Other.")
+        == "Green space = Green space, Green space ≠ Other"
+    )
