@@ -299,19 +299,12 @@ class _Writer:
         return pairs[0] if len(pairs) == 1 else f"{ONE_OF}{', or '.join(pairs)}"
 
     def _mixed(self, step: Apply) -> str:
-        """Parts of two sets of which a model has some of both; empty for anything else."""
-        if step.operation != "and":
+        """Two sets of parts of which a model has some of both: ``(A or B) and C``; empty for anything else."""
+        sides = [self._added(self.steps[index]) for index in step.operands] if step.operation == "and" else []
+        if len(sides) != 2 or not all(sides) or max(map(len, sides)) == 1 or set(sides[0]) & set(sides[1]):
             return ""
-        sides = [self._flat("+", self.steps[index]) for index in step.operands]
-        features = [[part.feature for part in side if isinstance(part, Measure)] for side in sides]
-        if len(sides[0]) + len(sides[1]) < 3 or list(map(len, features)) != list(map(len, sides)):
-            return ""
-        names = [[self.names[feature].removeprefix("number of ") for feature in side] for side in features]
-        texts = [
-            f"both one of {first} and one of {second}"
-            for most in range(MOST_NAMED, 0, -1)
-            for first, second in [(_first_of(side, most) for side in names)]
-        ]
+        names = [[self.names[part].removeprefix("number of ").replace(" → ", " = ") for part in side] for side in sides]
+        texts = [" and ".join(_either(side, most) for side in names) for most in range(MOST_NAMED, 0, -1)]
         return next((text for text in texts if len(text) <= MAX_LENGTH), texts[-1])
 
     def _row(self, step: Step) -> list[str]:
@@ -450,11 +443,25 @@ def _first_of(texts: Sequence[str], most: int) -> str:
     >>> _first_of(["a", "b", "c"], 2)
     'a and 2 others'
     """
+    return _listed(_shortened(texts, most))
+
+
+def _either(texts: Sequence[str], most: int) -> str:
+    """Texts of which one holds, in parentheses where there are several.
+
+    >>> _either(["a", "b", "c"], 2), _either(["a"], 2)
+    ('(a or 2 others)', 'a')
+    """
+    return f"({' or '.join(_shortened(texts, most))})" if len(texts) > 1 else texts[0]
+
+
+def _shortened(texts: Sequence[str], most: int) -> Sequence[str]:
+    """Texts, of too many the first ones and the number of the others."""
     if len(texts) <= most:
-        return _listed(texts)
+        return texts
     first = texts[: max(most - 1, 1)]
     num = len(texts) - len(first)
-    return _listed([*first, f"{num} other{'s' if num > 1 else ''}"])
+    return [*first, f"{num} other{'s' if num > 1 else ''}"]
 
 
 def _listed(texts: Sequence[str]) -> str:

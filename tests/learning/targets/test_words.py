@@ -12,7 +12,7 @@ import grammarlab as gl
 from grammarlab.arrays import Floats
 from grammarlab.evaluation.preparation import true_scores
 from grammarlab.features.columns.column_names import FeatureNames
-from grammarlab.features.columns.formula_names import MOST_NAMED
+from grammarlab.features.columns.formula_names import MOST_NAMED, formula_words
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.operations import evaluate
 from grammarlab.features.patterns.pattern import Draw, Formula, Pattern
@@ -471,6 +471,17 @@ def test_what_a_function_draws_several_times_is_no_property(most):
     assert condition(_Range(3, 2.5, np.inf)).text.startswith("f#1 = 0, ") == is_property
     assert (condition(_Range(4, 1.5, np.inf)).text == "Mast and f#1 = 0") == is_property
     assert condition(_Range(5, 0.5, np.inf)).text == ("f#1 ≠ 0" if is_property else "f#1 = 0 never")
+
+
+def test_two_sets_of_parts_are_told_as_their_column_is_called():
+    parts = [Pattern("A"), Pattern("B", branch=(0,)), Pattern("C")]
+    formula = Expression.parse("({A} + {B:0}) and {C}").formula
+    rows, names = coins(600, 3), [FeatureNames()[part] for part in parts]
+    value = (rows[:, 0] + rows[:, 1]) * rows[:, 2] > 0.0
+    name = formula_words(formula, FeatureNames())
+    table = replace(table_of(np.column_stack([rows, value]), [*names, name]), features=(*parts, formula))
+    condition = _ColumnWords(table, table.values(600), DisplayNames({}, {}, {})).condition
+    assert condition(_Range(3, 0.5, np.inf)).text == name == "(A or B = alternative 1) and C"
 
 
 def test_what_is_there_or_not_is_named_rather_than_a_number_that_says_the_same():
