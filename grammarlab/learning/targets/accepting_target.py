@@ -279,12 +279,14 @@ def _worth(part: _Part) -> float:
 def _countable(features: Sequence[Feature], grammar: Grammar, learned: LearnedGrammar) -> bool:
     """Whether the draws of features have the same names and meanings in the new grammar."""
     changed_rules = {origin.key[0] for origin in learned.origins.values()}
-    changed = {parts.name for parts in learned.attributes}
+    changed_attributes = {parts.name for parts in learned.attributes}
     for feature in features:
         inner = feature.feature if isinstance(feature, Present) else feature
         for site in sites_of(inner):
-            # Draws are numbered within their definition.
-            if site.partition("#")[0] in changed_rules or (site in changed and not range_ends(grammar, site)):
+            # Draws are numbered within their definition; a part of an attribute has not all of them.
+            definition, _, number = site.partition("#")
+            is_cut = definition in changed_attributes and (number or not range_ends(grammar, definition))
+            if definition in changed_rules or is_cut:
                 return False
     return True
 
