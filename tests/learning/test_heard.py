@@ -92,8 +92,8 @@ def test_the_state_has_what_was_heard_and_says_so(state):
     same = step(STUDY, init(STUDY), [later])
     assert state.columns == same.columns
     assert np.array_equal(predicted(state), predicted(same))
-    assert knowledge_of(STUDY, state)[0] == str(state.heard["overall"])
-    assert not any("contradict" in line for line in knowledge_of(STUDY, same))
+    assert knowledge_of(STUDY, state, True)[0] == str(state.heard["overall"])
+    assert not any("contradict" in line for line in knowledge_of(STUDY, same, True))
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,8 @@ def test_what_explains_no_held_out_score_may_be_chance(num, unexplained, explain
     assert isinstance(preference, BlendedPreference)
     preference = replace(preference, unexplained=unexplained, explained_variance=explained)
     known = replace(known, preferences={"overall": preference})
-    assert knowledge_of(STUDY, known) == ((sentence,) if sentence else ())
+    assert knowledge_of(STUDY, known, True) == ((sentence,) if sentence else ())
+    assert CHANCE not in " ".join(knowledge_of(STUDY, known, False))
 
 
 def test_answers_in_steps_are_heard_as_answers_at_once(state):

@@ -8,7 +8,7 @@ from textwrap import wrap
 
 from grammarlab.about import __version__
 from grammarlab.learning.targets.simplification import Predicted, SimplifiedFactor
-from grammarlab.learning.targets.unknown_part import CHANCE, MIN_LABELS, is_chance
+from grammarlab.learning.targets.unknown_part import CHANCE, MIN_LABELS
 
 _WIDTH = 112
 """Largest number of characters of a line, without comment marks; longer words are not broken."""
@@ -48,7 +48,7 @@ def _taste(predicted: Predicted) -> Iterator[str]:
     is_relative = all(factor.num_comparisons == factor.num_labels for factor in predicted.factors)
     for sentence in words.voices:
         yield from wrap(plain(sentence), _WIDTH, break_long_words=False)
-    if (words.likes or words.dislikes) and any(map(_is_chance, predicted.factors)):
+    if any(CHANCE in sentence for sentence in words.knowledge):
         yield CHANCE
     for title, kinds in (("Likes", words.likes), ("Does not like", words.dislikes)):
         if kinds:
@@ -83,19 +83,14 @@ def _sentences(factor: SimplifiedFactor) -> str:
     if factor.are_equal:
         same = f"All {labels} are equal" if num_scores > 1 else f"There is only {labels}"
         return f"{same}: the original is kept."
-    explained = f" This explains {factor.explained:.0%} of held-out scores." if _is_known(factor) else ""
+    explained = f" This explains {factor.explained:.0%} of held-out scores." if _is_share_given(factor) else ""
     kept = f" {factor.unexplained:.0%} of the original is mixed in, since there are not enough yet."
     return f"Learned from {labels}.{explained}{kept if factor.unexplained else ''}"
 
 
-def _is_known(factor: SimplifiedFactor) -> bool:
+def _is_share_given(factor: SimplifiedFactor) -> bool:
     """Whether the share of explained scores is said."""
     return factor.explained is not None and factor.num_labels - factor.num_comparisons >= MIN_LABELS
-
-
-def _is_chance(factor: SimplifiedFactor) -> bool:
-    """Whether nothing is explained of many scores: what was learned can be a pattern of these scores alone."""
-    return _is_known(factor) and is_chance(factor.unexplained, factor.explained)
 
 
 def without_earlier_head(text: str) -> str:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import count
 
 import numpy as np
 
@@ -115,7 +114,8 @@ def predict(study: Study[Designs], state: State) -> Predicted:
         described = scores * (MAX_SCORE / scores[possible].max()) if is_relative else scores
         addresses, display = study.tables(state.wide).addresses, study.space.display_names
         words = words_of(table, described, pool_designs.weights, addresses, display)
-        words = replace(words, knowledge=knowledge_of(study, state), voices=tuple(voices_of(state).values()))
+        knowledge = knowledge_of(study, state, bool(words.likes or words.dislikes))
+        words = replace(words, knowledge=knowledge, voices=tuple(voices_of(state).values()))
         return Predicted(factors, scores, shares, words)
     ranks = np.prod([_above_the_lowest(state.preferences[name], pool) for name in state.liked], axis=0)
     finding = (
@@ -134,7 +134,7 @@ def product(scores: Sequence[Floats]) -> Floats:
 def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> Iterator[Simplified]:
     """Simple functions near the scores, beginning with the smallest one within the tolerance.
 
-    If there is none, only the smallest one that is as near as the nearest one, within the tolerance. Trees grow on two
+    If there is none, only the smallest one at most `TOLERANCE` farther than the nearest tree. Trees grow on two
     thirds of the designs, and are measured on the others, since a large tree overfits.
 
     Args:
@@ -157,7 +157,7 @@ def simpler(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_le
 
 
 def smallest(rows: Floats, scores: Floats, weights: Floats, columns: Ints, max_leaves: int) -> Simplified:
-    """The smallest function that is as near as the nearest one, within the tolerance.
+    """The smallest function within `TOLERANCE`; if there is none, at most so much farther than the nearest tree.
 
     Args:
         rows: [n, F] rows of the designs of a pool; this and the others as in `simpler`.
@@ -222,10 +222,14 @@ class _Path:
         return SimplifiedPreference(tree, means_of(leaf, size, self.scores, self.weights))
 
     def nearly_nearest(self) -> Simplified:
-        """The smallest tree within the tolerance; if there is none, within so much of the nearest one."""
-        nearest = self.distance(self.preference(1 + int(np.argmin(self.js))))
+        """The smallest tree within `TOLERANCE`; if there is none, at most so much farther than the nearest one."""
+        size = 1 + int(np.argmin(self.js))
+        nearest_tree = self.preference(size)
+        nearest = self.distance(nearest_tree)
         limit = max(_TREE_TOLERANCE, nearest) if nearest <= TOLERANCE else nearest + _TREE_TOLERANCE
-        exact = next(tree for tree in map(self.preference, count(1)) if self.distance(tree) <= limit)
+        exact = next(
+            (tree for tree in map(self.preference, range(1, size)) if self.distance(tree) <= limit), nearest_tree
+        )
         return self.rounded(exact, limit if nearest <= TOLERANCE else limit + REST)
 
     def simplified(self, preference: SimplifiedPreference) -> Simplified:

@@ -9,14 +9,20 @@ from grammarlab.preference.blended import BlendedPreference
 
 _ALIKE = "All models are alike: nothing that is drawn at random tells them apart, so there is nothing to learn."
 
-CHANCE = "No held-out score is explained, so what is said here may be chance; more scores will show."
+CHANCE = "No held-out score is explained, so what was found may be chance; more scores will show."
 """Before kinds of designs that held-out scores do not confirm."""
 MIN_LABELS = 32
 """Least number of scores from which a share of held-out ones is given; of fewer scores, these are a handful."""
 
 
-def knowledge_of(study: Study, state: State) -> tuple[str, ...]:
-    """Sentences about the scores of each liked factor: two voices in them, no pattern, or not enough for one."""
+def knowledge_of(study: Study, state: State, has_kinds: bool) -> tuple[str, ...]:
+    """Sentences about the scores of each liked factor: two voices in them, no pattern, or not enough for one.
+
+    Args:
+        study: the pool and its tables.
+        state: what was learned.
+        has_kinds: whether words name liked or disliked kinds of designs, which may be chance.
+    """
     if not study.table(state).features:
         return (_ALIKE,)
     voices = voices_of(state)
@@ -24,7 +30,8 @@ def knowledge_of(study: Study, state: State) -> tuple[str, ...]:
     for name in state.liked:
         preference = state.preferences[name]
         num_scores = len(state.answers[name].scored.scores)
-        of_pattern = _sentence(preference, num_scores) if isinstance(preference, BlendedPreference) else ""
+        may_be_chance = has_kinds and num_scores >= MIN_LABELS
+        of_pattern = _sentence(preference, may_be_chance) if isinstance(preference, BlendedPreference) else ""
         of_pattern = "All scores are equal: the original is kept." if are_equal(state, name) else of_pattern
         sentences += [text for text in (voices.get(name, ""), _of_factor(state, name, of_pattern)) if text]
     return tuple(sentences)
@@ -55,19 +62,10 @@ def is_explained(state: State) -> bool:
     return bool(preferences) and all(2.0 * share < 1.0 for share in kept)
 
 
-def is_chance(unexplained: float, explained: float | None) -> bool:
-    """Whether something was learned, and nothing of held-out scores is explained by it.
-
-    Args:
-        unexplained: share of the original that is kept, 0 to 1.
-        explained: share of the variance of held-out scores that is explained; None if no scores were held out.
-    """
-    return unexplained < 1.0 and explained is not None and f"{explained:.0%}" == "0%"
-
-
-def _sentence(preference: BlendedPreference, num_scores: int) -> str:
+def _sentence(preference: BlendedPreference, may_be_chance: bool) -> str:
     unexplained, explained = preference.unexplained, preference.explained_variance
-    chance = CHANCE if num_scores >= MIN_LABELS and is_chance(unexplained, explained) else ""
+    is_nothing_explained = explained is not None and f"{explained:.0%}" == "0%"
+    chance = CHANCE if may_be_chance and is_nothing_explained else ""
     if unexplained == 0.0:
         return chance
     if unexplained == 1.0:

@@ -178,7 +178,8 @@ class _LastUpdate:
             Contrast(each.text, each.feature, tuple(map(str, each.examples)), each.without, each.having)
             for each in words.contrasts
         )
-        return (*knowledge_of(self._study, self._state), *words.lines), tuple(contrasts)
+        knowledge = knowledge_of(self._study, self._state, bool(words.likes or words.dislikes))
+        return (*knowledge, *words.lines), tuple(contrasts)
 
     def _set_state(self, state: State, numbers: Mapping[str, int]) -> None:
         self._version += (state.wide, state.columns) != (self._state.wide, self._state.columns)

@@ -17,6 +17,7 @@ from grammarlab.learning.learn import learn
 from grammarlab.learning.targets.explanation import Words
 from grammarlab.learning.targets.file_head import head, without_earlier_head
 from grammarlab.learning.targets.simplification import Predicted, SimplifiedFactor
+from grammarlab.learning.targets.unknown_part import CHANCE
 from grammarlab.runs.sample.checks import SUPPORTED
 from tests.cases import takes_turns
 
@@ -83,20 +84,12 @@ def test_values_learned_from_comparisons_alone_are_relative():
     assert "Likes (with the mean score, 0 to 100):" in head([], predicted(words, num_comparisons=19), 0)
 
 
-@pytest.mark.parametrize(
-    ("factor", "is_chance"),
-    [
-        ({"explained": 0.004, "num_labels": 96}, True),
-        ({"explained": 0.0, "num_labels": 96, "unexplained": 1.0}, False),
-        ({"explained": 0.0, "num_labels": 20}, False),
-        ({"explained": 0.2, "num_labels": 96}, False),
-        ({"num_labels": 96}, False),
-    ],
-)
-def test_kinds_that_no_held_out_score_confirms_are_called_so(factor, is_chance):
-    lines = head([], predicted(Words(("Door (90)",), ()), **factor), 0)
-    assert any("may be chance" in line for line in lines) == is_chance
-    assert not any("may be chance" in line for line in head([], predicted(**factor), 0))
+def test_kinds_that_no_held_out_score_confirms_are_called_so_as_in_what_is_known():
+    """It is decided once, where the kinds are known (`tests/learning/test_heard.py`), and for each factor."""
+    for knowledge in ((CHANCE,), (f"Not enough yet: 70% of the original is kept. {CHANCE}",), (f"shape: {CHANCE}",)):
+        assert CHANCE in head([], predicted(Words(("Door (90)",), (), knowledge)), 0)
+    lines = head([], predicted(Words(("Door (90)",), ()), explained=0.0, num_labels=96), 0)
+    assert not any("may be chance" in line for line in lines)
 
 
 @pytest.mark.parametrize("name", ["flat (+)", "W = (-5) m", "x (+20) y"])
