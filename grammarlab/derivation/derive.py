@@ -66,7 +66,7 @@ _BARE_NODES = 2
 _FIRST_CHUNK = 32
 """Number of models of the first chunk, whose nodes determine the size of the others."""
 _NUM_ESTIMATED = 8
-"""Number of models from which the meshes of one are estimated."""
+"""Number of models from which the meshes of one are estimated, beside as many others."""
 
 
 class LotOptions(TypedDict, total=False):
@@ -249,16 +249,19 @@ def derive_chunks(
 
 
 def models_in_reach(program: Program, assets: AssetFolder | None) -> float:
-    """Number of models whose derivation takes about half a minute, by the meshes of some models of the seed 0.
+    """Number of models whose derivation takes about half a minute, by the meshes that some models of the seed 0 add.
 
     Where meshes are cut, cleaned or asked about, each alone, time grows with the number of different meshes, whatever
-    the number of nodes. It does not depend on the machine.
+    the number of nodes. What all models share is made once in a batch. It does not depend on the machine.
 
     Raises:
         GrammarlabError: As `derive`.
     """
-    forest = derive(program, _NUM_ESTIMATED, 0, assets=assets, leaves=False)
-    return _MESHES_IN_REACH * _NUM_ESTIMATED / max(len(forest.meshes), 1)
+    few, many = (
+        len(derive(program, num_models, 0, assets=assets, leaves=False).meshes)
+        for num_models in (_NUM_ESTIMATED, 2 * _NUM_ESTIMATED)
+    )
+    return _MESHES_IN_REACH * _NUM_ESTIMATED / max(many - few, 1)
 
 
 def initial_shapes(lots: Lots, frames: FrameTable, meshes: MeshTable) -> Shapes:

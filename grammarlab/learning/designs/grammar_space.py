@@ -116,9 +116,13 @@ class GrammarSpace(AbstractDesignSpace[Forest]):
 
     @property
     def pool_size(self) -> int:
+        return self._pool_size
+
+    @cached_property
+    def _pool_size(self) -> int:
         try:
             return int(np.clip(models_in_reach(self.program, self.folder), LEAST_POOL, POOL_SIZE))
-        except GrammarlabError:  # as whoever needs the models is told
+        except GrammarlabError:  # raised again, with its place, where the pool is made
             return POOL_SIZE
 
     @property

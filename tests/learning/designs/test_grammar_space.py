@@ -52,6 +52,17 @@ def test_a_usual_pool_is_smaller_where_models_are_made_of_many_meshes():
     assert wrong.pool_size == POOL_SIZE
 
 
+def test_meshes_that_all_models_share_make_no_pool_smaller():
+    # 600 frames of different widths, the same ones in each model.
+    text = """
+    Lot --> s(30, 0, 60) split(z) { 3 : Row(split.index) }*
+    Row(row) --> split(x) { 1 : Bay(30 * row + split.index) }*
+    Bay(number) --> offset(-0.05 - 0.0005 * number) comp(f) { inside : A. | border : End }
+    End --> 50% : B. else : C.
+    """
+    assert GrammarSpace(Grammar.parse(text), Path()).pool_size == POOL_SIZE
+
+
 def round_blocks(forest):
     """[models] how many, counted one by one."""
     counts = np.zeros(forest.num_models)
