@@ -118,7 +118,7 @@ function build(root, channel, first) {
       const kind = scaleOf(page);
       if (!models.length || !scorable()) return;
       page.outbox.add(models, { score, kind }, page.factor().id);
-      page.selection.done();
+      if (score !== null) page.selection.done(models);
     },
     compare(models, verdict) {
       if (scorable()) page.outbox.compare(models, verdict, page.factor().id);

@@ -79,9 +79,9 @@ export class Selection {
     this.#set([this.order[position]]);
   }
 
-  /** What is chosen has got its score. */
-  done() {
-    this.#done = true;
+  /** Models have got their score; with it what is chosen, if it is among them. @param {string[]} models */
+  done(models) {
+    if ([...this.chosen].every((model) => models.includes(model))) this.#done = true;
   }
 
   /** Of fingers: one after the other is chosen, until they get a score; the next one is chosen alone. @param {number} position */

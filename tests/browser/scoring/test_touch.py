@@ -144,6 +144,19 @@ def test_after_a_score_a_finger_chooses_the_next_model_alone(touched):
     touched.expect_chosen([0, 2])
 
 
+def test_a_score_that_is_taken_back_ends_no_choice_of_fingers(touched):
+    touched.page.touchscreen.tap(*middle(touched.cell(0)))
+    touched.button("90").tap()
+    touched.expect_saved()
+    for position in (1, 2):
+        touched.page.touchscreen.tap(*middle(touched.cell(position)))
+    touched.page.locator(".gl-recent li .gl-quiet").first.tap()
+    touched.expect_saved()
+    assert touched.scores()[0] == ""
+    touched.page.touchscreen.tap(*middle(touched.cell(3)))
+    touched.expect_chosen([1, 2, 3])
+
+
 def test_pinching_on_a_touchpad_zooms_as_far_as_the_fingers_go(towers):
     tile = towers.cell(5)
     x, y = middle(tile)

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source c8ae845e7c750831 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 00701745e7617b9f */
 
 // shared/ahead.js
 var Ahead = class {
@@ -2306,9 +2306,9 @@ var Selection = class {
     this.cursor = this.#anchor = position;
     this.#set([this.order[position]]);
   }
-  /** What is chosen has got its score. */
-  done() {
-    this.#done = true;
+  /** Models have got their score; with it what is chosen, if it is among them. @param {string[]} models */
+  done(models) {
+    if ([...this.chosen].every((model) => models.includes(model))) this.#done = true;
   }
   /** Of fingers: one after the other is chosen, until they get a score; the next one is chosen alone. @param {number} position */
   touch(position) {
@@ -2811,7 +2811,7 @@ function build(root, channel, first) {
       const kind = scaleOf(page);
       if (!models.length || !scorable()) return;
       page.outbox.add(models, { score, kind }, page.factor().id);
-      page.selection.done();
+      if (score !== null) page.selection.done(models);
     },
     compare(models, verdict) {
       if (scorable()) page.outbox.compare(models, verdict, page.factor().id);
