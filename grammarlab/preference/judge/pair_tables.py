@@ -230,5 +230,6 @@ def _shorter(sets: _Sets) -> Iterator[_Sets]:
 
 def _uncertainty(number: Floats | float, likes: Floats | float) -> Floats:
     """Minus the log-likelihood of so many likes of designs that are liked with one probability."""
-    dislikes = np.maximum(np.subtract(number, likes), 0.0)
-    return xlogy(number, number) - xlogy(likes, np.maximum(likes, 0.0)) - xlogy(dislikes, dislikes)
+    # Sums of likes that are taken away again may end below 0 or above their number by a rounding error.
+    likes, dislikes = np.maximum(likes, 0.0), np.maximum(np.subtract(number, likes), 0.0)
+    return xlogy(number, number) - xlogy(likes, likes) - xlogy(dislikes, dislikes)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from grammarlab.arrays import SEVERAL
-from grammarlab.preference.judge.pair_tables import MixedSets, mixed_sets
+from grammarlab.preference.judge.pair_tables import MixedSets, _uncertainty, mixed_sets
 
 ROUND, ANGULAR = (0, 4, 7, 9), (2, 5, 8)
 
@@ -95,3 +95,8 @@ def test_the_order_of_designs_changes_nothing():
 def test_nothing_is_mixed_without_parts_or_differences(width, high):
     has = np.random.default_rng(5).random((40, width)) < 0.5
     assert mixed_sets(has, np.linspace(0.0, high, 40)) == []
+
+
+def test_rounding_errors_of_likes_are_no_evidence():
+    number, likes = np.array([3.0, 3.0, 3.0]), np.array([-1e-17, 3.0 + 1e-15, 0.0])
+    assert _uncertainty(number, likes) == pytest.approx(0.0, abs=1e-12)
