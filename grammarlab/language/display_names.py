@@ -69,6 +69,8 @@ _MAX_LETTERS = 2
 """Largest number of characters of a text that is read together with what it is an argument of."""
 _ALONE = "(alone)"
 """After the only successor of a branch that has no operations; no identifier reads so."""
+_NUM_CHANNELS = 3
+"""Number of shares of a colour: red, green and blue."""
 _NUM_ENDS = 2
 """Number of ends of a range."""
 _ABBREVIATED: Mapping[str, str] = {"s": "size", "t": "translation", "r": "rotation", "i": "asset", "NIL": "nothing"}
@@ -306,7 +308,8 @@ def _branches(choice: Choice) -> tuple[Choice, ...]:
 def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[str, str]]:
     """Line, and percentage if no other branch has it, of each branch of a rule that says something: a word.
 
-    A word that several branches have, of different choices, has its line, and its number if the line has several.
+    A word that several branches have, of different choices, has its line, and its number if the line has several; but
+    not that of the only random one of them.
     """
     leaves, words = list(alternatives(body)), _words_among_siblings(body, attributes)
     lines = Counter(leaf.location.line for leaf in leaves)
@@ -314,11 +317,13 @@ def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[st
         f"line {line}" + (f" branch {number}" if lines[line] > 1 else "")
         for number, line in enumerate((leaf.location.line for leaf in leaves), 1)
     ]
+    drawn = {id(leaf) for node in walk(body) if isinstance(node, Stochastic) for leaf in alternatives(node)}
     num_words = Counter(words)
+    num_drawn = Counter(word for word, leaf in zip(words, leaves, strict=True) if id(leaf) in drawn)
     num_here = Counter((word, leaf.location.line) for word, leaf in zip(words, leaves, strict=True))
     words = [
         f"{word} ({key if num_here[word, leaf.location.line] > 1 else f'line {leaf.location.line}'})"
-        if word and num_words[word] > 1
+        if word and (num_drawn if id(leaf) in drawn else num_words)[word] > 1
         else word
         for word, leaf, key in zip(words, leaves, keys, strict=True)
     ]
@@ -387,7 +392,7 @@ def _texts(node: Node) -> Iterator[str]:
 def _colors(node: Node) -> Iterator[str]:
     """Colours that three numbers say, or numbers with a factor each for their tone."""
     for part in walk(node):
-        if isinstance(part, Invoke) and part.name == "color" and len(part.arguments) == len("rgb"):
+        if isinstance(part, Invoke) and part.name == "color" and len(part.arguments) == _NUM_CHANNELS:
             shares = [_share(argument) for argument in part.arguments]
             if all(0.0 <= share <= 1.0 for share in shares):
                 yield "#" + "".join(f"{round(255.0 * share):02x}" for share in shares)

@@ -262,6 +262,17 @@ def test_words_of_the_branches_of_a_rule_are_unique(body):
     assert len(set(words)) == len(words)
 
 
+def test_the_only_random_one_of_branches_of_one_word_has_no_line():
+    rules = """Lot -->
+    case geometry.area > 9 :
+        case geometry.area > 20 : A
+        else : B
+    else : 50% : A else : B
+A --> X.
+B --> X."""
+    assert words_in(rules, "Lot = line 5 branch 3, Lot = line 3") == "Lot = A, Lot = A (line 3)"
+
+
 def test_only_is_said_as_no_identifier_reads():
     rules = "Lot --> 50% : A else : A A\nA --> 50% : only_A(1) else : only_A(1) B\nonly_A(a) --> Y."
     assert words_in(rules, "Lot = line 1 branch 1, A = line 2 branch 1") == "Lot = A (alone), A = only A (alone)"

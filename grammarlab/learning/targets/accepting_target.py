@@ -82,7 +82,7 @@ def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequen
     most = making.max_rules or usual
     best: tuple[Simple, LearnedGrammar] | None = None
     fewest, fitting, is_too_long = 0, np.inf, False
-    made: dict[str, LearnedGrammar | None] = {}  # trees that differ in rounding only say the same
+    compiled_by_text: dict[str, LearnedGrammar | None] = {}  # trees that differ in rounding only say the same
     header = [*lines, f"Method compile, base {making.base}"]
     has_rule = Acceptance.of(density.target.grammar.tree) is not None
     for columns in () if has_rule else density.column_sets(exact_only=True):
@@ -92,9 +92,9 @@ def smallest(density: PoolDensity, forest: Forest, making: Making, lines: Sequen
             if len(simple.preference.tree) > fitting:
                 continue  # a larger tree than one that was too large
             function = density.columns.text(simple.preference)
-            if function not in made:
-                made[function] = compiled(simple.target, forest, header, most)
-            learned = made[function]
+            if function not in compiled_by_text:
+                compiled_by_text[function] = compiled(simple.target, forest, header, most)
+            learned = compiled_by_text[function]
             # A finding reports the size of the whole grammar, where counting takes no longer than usual.
             size = 0 if learned is None else rules_if_few(learned, max(most, usual))
             if learned is None or size is None or size > most:

@@ -105,10 +105,10 @@ def shown(statement: Statement, names: DisplayNames) -> str:
     """
     whole = names.text(statement.text)
     parts = [_parts(choice, names) for choice in statement.chosen]
-    known = [part for part in parts if part is not None]
-    if len(parts) < 2 or len(known) < len(parts):
+    apart = [part for part in parts if part is not None]
+    if len(parts) < 2 or len(apart) < len(parts):
         return whole
-    places, values = ([part[side] for part in known] for side in (0, 1))
+    places, values = ([part[side] for part in apart] for side in (0, 1))
     if len(set(places)) == 1:
         return f"{places[0]} {IS} {' / '.join(values)}"
     return f"{_together(places)} {IS} {values[0]}" if len(set(values)) == 1 else whole
@@ -132,9 +132,9 @@ def _denied_once(statements: Sequence[Statement], names: DisplayNames) -> Iterat
     for place, group in groupby(statements, _denied_place):
         same = list(group)
         parts = [_parts(each.chosen[0], names) for each in same] if place else []
-        known = [part for part in parts if part is not None]
-        if len(known) > 1 and len(known) == len(same):
-            yield f"{known[0][0]} {IS_NOT} {' / '.join(value for _, value in known)}"
+        apart = [part for part in parts if part is not None]
+        if len(apart) > 1 and len(apart) == len(same):
+            yield f"{apart[0][0]} {IS_NOT} {' / '.join(value for _, value in apart)}"
         else:
             yield from (shown(each, names) for each in same)
 
