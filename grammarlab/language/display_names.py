@@ -140,10 +140,8 @@ class DisplayNames:
                     # Rules of one name differ in their parameters, which a name of a branch does not have.
                     is_other = branches.setdefault((definition.name, key), word) != word
                     branches |= {(definition.name, key): ""} if is_other else {}
-            elif isinstance(definition.value, Stochastic) and overloads[definition.name] == 1:
-                values |= {
-                    (definition.name, index): word for index, word in enumerate(_words_of_values(definition.value))
-                }
+            elif (choice := _first_choice(definition.value)) and overloads[definition.name] == 1:
+                values |= {(definition.name, index): word for index, word in enumerate(_words_of_values(choice))}
         split = {name: _own_words(name) for name in identifiers}
         counts = _counted(split)
         whole = {name: words if counts[words] == 1 else _qualified(name, words) for name, words in split.items()}
@@ -361,6 +359,14 @@ def _number(value: float) -> str:
     if value == np.rint(value):
         return f"{value:,.0f}"
     return np.format_float_positional(value, precision=6, fractional=abs(value) >= 1.0, trim="-")
+
+
+def _first_choice(value: Choice) -> Stochastic | None:
+    """The random choice between values that is drawn first, if there is any and this is certain."""
+    if isinstance(value, Stochastic):
+        return value
+    choices = [node for node in walk(value) if isinstance(node, Stochastic)]
+    return choices[0] if len(choices) == 1 else None
 
 
 def _words_of_values(choice: Stochastic) -> list[str]:

@@ -239,6 +239,13 @@ def test_values_are_told_as_they_are_written(first, second, words):
     assert words_in(rules, "h = 1") == f"h = {words.split(', ')[1]}"
 
 
+def test_values_of_the_only_choice_below_conditions_have_words():
+    rules = 'use = case geometry.area > 30 : "Any" else : 80% : "Home" else : "Shop"\nLot --> print(use) X.'
+    assert words_in(rules, "use = 0, use ≠ 1") == "use = Home, use ≠ Shop"
+    two = rules.replace('"Any"', '50% : "Any" else : "None"')
+    assert words_in(two, "use#1 = 0, use#2 = 0") == "use (draw 1) = alternative 1, use (draw 2) = alternative 1"
+
+
 def test_numbers_of_successors_keep_their_digits():
     rules = "Lot --> 40% : Low(2.25) 30% : Low(2.5) else : Low(1000000)\nLow(a) --> X."
     names = (f"Lot = line 1 branch {number}" for number in (1, 2, 3))
