@@ -58,7 +58,7 @@ _NAMED = re.compile(
 )
 """An identifier, with what is chosen there if this follows."""
 _ONE = rf"(?:{_LINE}|{_IDENTIFIER}\.?|{_SHARE}|\d+)"
-_LISTED = re.compile(rf"(?<![\w.#])({_IDENTIFIER}(?: \d+)?)( [=≠] )({_ONE}(?: / {_ONE})+)")
+_LISTED = re.compile(rf"(?<![\w.#])({_IDENTIFIER}(?:#\d+| \d+)?)( [=≠] )({_ONE}(?: / {_ONE})+)")
 """Several alternatives of a choice: ``Wall = Brick / Glass``."""
 _COLOR = re.compile(r"#[0-9a-fA-F]{6}")
 _FILE = re.compile(r"\.[^\W\d]\w{1,3}$|\w/[^\W\d][^/]*$")
@@ -158,8 +158,12 @@ class DisplayNames:
 
     def _list(self, of: str, sign: str, ones: str) -> str:
         """Alternatives of one choice."""
-        before = f"{self._plain(of)}{sign}"
-        return before + " / ".join(self._plain(f"{of}{sign}{one}").removeprefix(before) for one in ones.split(" / "))
+        texts = [self._plain(f"{of}{sign}{one}") for one in ones.split(" / ")]
+        # Values of an attribute are told without the number of the draw.
+        for before in (f"{self._plain(of)}{sign}", f"{self._plain(of.partition('#')[0])}{sign}"):
+            if all(text.startswith(before) for text in texts):
+                return before + " / ".join(text.removeprefix(before) for text in texts)
+        return " / ".join(texts)
 
     def _plain(self, text: str) -> str:
         """A text without lists of alternatives. What words hold is not replaced again."""

@@ -190,6 +190,8 @@ Faces --> X.
         ("Höfe → 40%, Höfe → 60%", "Höfe → shape L, Höfe → shape U"),
         ("gap#1 = 0 and gap#1 ≠ 1", "gap = 0 and gap ≠ 3 to 6"),
         ("gap#2 at least 4", "gap (draw 2) at least 4"),
+        ("gap#1 = 0 / 1", "gap = 0 / 3 to 6"),
+        ("gap#2 ≠ 0 / 1", "gap (draw 2) ≠ alternative 1 / alternative 2"),
         ("lit = 0, lit = 1", "lit = true, lit = plain"),
         ("finish#1 = 0 (90), finish#1 = 1", "finish = -1.5 (90), finish = 0 to 2"),
     ],
