@@ -24,6 +24,7 @@ from tests.cases import some
 from tests.evaluation.scenarios.fresh_truth import FRESH_TRUTH
 from tests.evaluation.scenarios.invented_truth import INVENTED_TRUTH
 from tests.evaluation.scenarios.kinds_truth import KINDS_TRUTH
+from tests.evaluation.scenarios.professions_truth import PROFESSIONS_TRUTH
 from tests.evaluation.scenarios.sums_truth import SUMS_TRUTH
 from tests.evaluation.scenarios.taste_truth import TASTE_TRUTH
 from tests.evaluation.scenarios.truth import Model
@@ -33,8 +34,8 @@ from tests.evaluation.scenarios.unforeseen_truth import UNFORESEEN_TRUTH
 ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "scenarios" / "tastes"
 PATHS = sorted(FOLDER.glob("*/*.toml"))
-FOLDERS = ("tuning", "measured", "once", "later", "kinds", "invented", "unforeseen", "sums", "fresh")
-TRUTH = TASTE_TRUTH | KINDS_TRUTH | INVENTED_TRUTH | UNFORESEEN_TRUTH | SUMS_TRUTH | FRESH_TRUTH
+FOLDERS = ("tuning", "measured", "once", "later", "kinds", "invented", "unforeseen", "sums", "fresh", "professions")
+TRUTH = TASTE_TRUTH | KINDS_TRUTH | INVENTED_TRUTH | UNFORESEEN_TRUTH | SUMS_TRUTH | FRESH_TRUTH | PROFESSIONS_TRUTH
 LEAST = 0.1
 """Divergence in nats of the grammar as it is."""
 
