@@ -149,6 +149,12 @@ def test_undo_and_redo_by_keys_and_buttons(towers):
     expect(first).to_have_text("30")
 
 
+def test_nothing_left_to_redo_is_no_mistake(towers):
+    towers.press("Control+y")
+    expect(towers.page.get_by_text("there is nothing to redo")).to_be_visible()
+    expect(towers.page.locator(".gl-note.gl-bad:not(.gl-warnings)")).to_have_count(0)
+
+
 def test_arrows_move_within_a_grid_and_over_to_the_next(towers):
     """Each grid has two columns, so that its pictures are large enough to judge."""
     towers.cell(0).click()

@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 00701745e7617b9f */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 8d7a04b3dbc947f8 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -2851,8 +2851,8 @@ function build(root, channel, first) {
   const factors = makeFactors(page);
   const toolbar = makeToolbar(page, display, pointer);
   const help = makeHelp(KEYS);
-  const undo = iconButton("undo", "Undo", () => void page.ask("undo"), "U, Ctrl Z");
-  const redo = iconButton("redo", "Redo", () => void page.ask("redo"), "Ctrl Shift Z");
+  const undo = iconButton("undo", "Undo", () => goThrough("undo"), "U, Ctrl Z");
+  const redo = iconButton("redo", "Redo", () => goThrough("redo"), "Ctrl Shift Z");
   const title = element("h1", { class: "gl-name" });
   const warnings = makeWarnings(focusModels);
   status.element.prepend(warnings.element);
@@ -2904,6 +2904,10 @@ function build(root, channel, first) {
     look.update();
     status.update();
   }
+  function goThrough(command) {
+    const isLeft = () => command === "undo" ? page.state.can_undo : page.state.can_redo;
+    channel.request(command).catch((error) => isLeft() ? page.complain(error) : page.say(error.message));
+  }
   const everywhere = (event) => {
     const typing = event.target instanceof HTMLInputElement && event.target.type !== "range" && event.target.type !== "checkbox";
     const command = event.ctrlKey || event.metaKey;
@@ -2916,8 +2920,8 @@ function build(root, channel, first) {
       scoring.nextScale();
       look.update();
     } else if (!command && key === "c" && !inDialog(event)) page.pairwise();
-    else if (command && key === "z" && event.shiftKey || command && key === "y") void page.ask("redo");
-    else if (command && key === "z" || !command && key === "u") void page.ask("undo");
+    else if (command && key === "z" && event.shiftKey || command && key === "y") goThrough("redo");
+    else if (command && key === "z" || !command && key === "u") goThrough("undo");
     else return;
     event.preventDefault();
   };
