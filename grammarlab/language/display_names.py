@@ -241,13 +241,25 @@ def _given(name: str, annotations: Iterable[Annotation]) -> dict[str, str]:
     return {}
 
 
-def _split(identifier: str) -> str:
-    """An identifier in words: the first as it begins, the others in small letters if they are not abbreviations."""
-    shape = "".join(map(_kind_of, identifier))
-    words = [identifier[match.start() : match.end()] for match in _WORD.finditer(shape)]
+def split_words(identifier: str) -> str:
+    """An identifier in words: the first as it begins, the others in small letters if they are not abbreviations.
+
+    >>> split_words("GroundFloor"), split_words("GFA_total")
+    ('Ground floor', 'GFA total')
+    """
+    words = [identifier[start:end] for start, end in word_spans(identifier)]
     if not words:
         return identifier
     return " ".join([words[0], *(word if word.isupper() else word[:1].lower() + word[1:] for word in words[1:])])
+
+
+def word_spans(text: str) -> list[tuple[int, int]]:
+    """Where each word of a text or an identifier begins and ends.
+
+    >>> [text[start:end] for text in ("GroundFloor", "GFA_total") for start, end in word_spans(text)]
+    ['Ground', 'Floor', 'GFA', 'total']
+    """
+    return [match.span() for match in _WORD.finditer("".join(map(_kind_of, text)))]
 
 
 def _kind_of(character: str) -> str:
@@ -433,12 +445,12 @@ def _parts(node: Node) -> Iterator[str]:
     if successors and isinstance(node, Sequence) and len(node.items) == 1 and isinstance(node.items[0], Invoke):
         yield f"{successors[0]} {_ALONE}"
     used = [part.name for part in walk(node) if isinstance(part, Invoke | Block)]
-    yield from (_ABBREVIATED.get(name, _split(name)) for name in used if name in operations() or name in blocks())
+    yield from (_ABBREVIATED.get(name, split_words(name)) for name in used if name in operations() or name in blocks())
 
 
 def _own_words(name: str) -> str:
     """Words for a name without the import that it comes from."""
-    return _split(name.removesuffix(".").rpartition(".")[2])
+    return split_words(name.removesuffix(".").rpartition(".")[2])
 
 
 def _attributes(attributes: frozenset[str], node: Node) -> Iterator[str]:
@@ -476,4 +488,4 @@ def _short(text: str) -> str:
     """Of a colour its name, of a file its name without suffix; anything else as it is."""
     if _COLOR.fullmatch(text):
         return color_word(text)
-    return _split(PurePosixPath(text.rpartition(":")[2]).stem) or text if _FILE.search(text) else text
+    return split_words(PurePosixPath(text.rpartition(":")[2]).stem) or text if _FILE.search(text) else text

@@ -42,6 +42,7 @@ from grammarlab.features.patterns.pattern import (
     Threshold,
 )
 from grammarlab.language.dimensions import UNKNOWN, unit_of_result
+from grammarlab.language.display_names import split_words, word_spans
 
 ONE_OF = "one of these: "
 """What words for a table of several pairs begin with."""
@@ -55,6 +56,8 @@ MOST_NAMED = 4
 """Largest number of elements, things, branches, parts, symbols, kinds or conditions that words, a name or a comment
 list."""
 _ADJACENT = "adjacent"
+_LEADING = frozenset(("at", "by", "for", "from", "in", "of", "on", "over", "to", "under", "with"))
+"""Words that lead on to others, so that no beginning ends with them."""
 _SIGNS: Mapping[str, str] = {
     "+": " + ",
     "-": " − ",
@@ -465,6 +468,39 @@ def _shortened(texts: Sequence[str], most: int) -> Sequence[str]:
 
 
 def _listed(texts: Sequence[str]) -> str:
+    """Texts in words: too many ones by the words that neighbours begin with, else from the first to the last.
+
+    >>> _listed(["Walls", *(f"RoofOn{style}" for style in ("Brick", "Stone", "Timber", "Glass"))])
+    'Walls and Roof (4)'
+    """
     if len(texts) > MOST_NAMED:
-        return f"{texts[0]} to {texts[-1]} ({len(texts)})"
+        beginnings = _beginnings(texts)
+        if not 1 < len(beginnings) <= MOST_NAMED:
+            return f"{texts[0]} to {texts[-1]} ({len(texts)})"
+        texts = beginnings
     return " and ".join([", ".join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
+
+
+def _beginnings(texts: Sequence[str]) -> list[str]:
+    """The words that neighbours begin with, and how many do; nothing where these tell no thing."""
+    groups: list[tuple[str, int]] = []
+    for text in texts:
+        same = _common(groups[-1][0], text) if groups else ""
+        groups[-1:] = [(same, groups[-1][1] + 1)] if same else [*groups[-1:], (text, 1)]
+    if any(text == "number" for text, _ in groups):
+        return []
+    # A beginning is the name of nothing that would be told in words later.
+    told_once = [(split_words(text) if num > 1 and text.isidentifier() else text, num) for text, num in groups]
+    return [text if num == 1 else f"{text} ({num})" for text, num in told_once]
+
+
+def _common(first: str, second: str) -> str:
+    """The words with which two names begin, without those that lead on."""
+    begin, same = 0, ""
+    for _, end in word_spans(first):
+        if first[:end] != second[:end] or end not in {after for _, after in word_spans(second)}:
+            break
+        if first[begin:end].strip("_ ").lower() not in _LEADING:
+            same = first[:end]
+        begin = end
+    return same

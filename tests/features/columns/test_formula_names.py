@@ -63,6 +63,7 @@ FAR, THREE = "({*[A:0 + A:* + A:0]} + {*[A:1 + A:* + A:1]})", "{*[A:* + A:* + A:
             "number unlike the most among A → alternative 1, A → alternative 2 and A → alternative 3",
         ),
         ("equal({A}, {B}, {C}, {D}, {E})", "number of A to number of E (5) alike"),
+        ("equal($wall, {A}, {B}, {C}, {D})", "wall to number of D (5) alike"),
         ("not ($a == $b)", "not a equal to b"),
         ("{A:0} + {B:0}", "A → alternative 1 + B → alternative 1"),
         ("{A:1} / {A:*}", "share of A → alternative 2"),
@@ -401,3 +402,19 @@ def values_of(formula: Formula, values: dict[str, Floats]) -> Floats:
         if isinstance(atom, Threshold)
     }
     return evaluate(formula.steps, columns | below, 40)
+
+
+def test_many_things_are_told_by_the_words_that_neighbours_begin_with():
+    names = {"A": "Walls", "B": "Roof on brick", "C": "Roof on tile", "D": "Roof on tile, high", "E": "Base"}
+    names |= {"F": "UpperFloorsOnBrick", "G": "UpperFloorsOnTile"}
+    own = FeatureNames({Pattern(symbol): name for symbol, name in names.items()})
+
+    def words(symbols):
+        return formula_words(Expression.parse(f"equal({', '.join(f'{{{each}}}' for each in symbols)})").formula, own)
+
+    assert words("ABCDE") == "Walls, Roof (3) and Base alike"
+    assert words("AFGEB") == "Walls, Upper floors (2), Base and Roof on brick alike"
+    assert words("AEBCD") == "Walls, Base and Roof (3) alike"
+    assert words("ABCD") == "Walls, Roof on brick, Roof on tile and Roof on tile, high alike"
+    assert words("BCBDC") == "Roof on brick to Roof on tile (5) alike"
+    assert words("BAEBXY") == "Roof on brick to number of Y (6) alike"
