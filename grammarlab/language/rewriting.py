@@ -33,6 +33,9 @@ _FUSED = re.compile(r"[\w.][\w.([]|[)\]]\[")
 """Ends of two texts that would be read as one word, or as a name and its arguments."""
 _EMPTY = ("-->", ":")
 """Ends of rules without operations: what follows on their line may be read as these."""
+_FINISH = "case true : NIL else : NIL"
+"""Ends percentages without ``else`` inside ``case true``: these sum to anything, so no ``else`` of theirs means the
+same."""
 _WIDTH = 120
 
 
@@ -286,6 +289,8 @@ class _Writer:
         """Words of the operations of each branch without further choices."""
         self.colons: dict[Path, int] = {}
         """Offset of the end of the colon or arrow before these."""
+        self.unfinished: set[Path] = set()
+        """Choices by percentages without ``else``, of which any percentage or ``else`` behind them would be a part."""
         self._cut(rule.body, arrow + 1, ())
         first = next((token for token in tokens[arrow + 1 :] if token.location.line > self.arrow.location.line), None)
         before = text[: first.start].rpartition("\n")[2] if first is not None else ""
@@ -361,6 +366,8 @@ class _Writer:
             self.colons[path] = self.tokens[index - 1].end
             return end
         self.openings[path] = self._comment_behind(self.tokens[index - 1].end)
+        if isinstance(choice, Stochastic) and choice.percentages[-1] is not None:
+            self.unfinished.add(path)
         for i, branch in enumerate(choice.branches):
             colon = self._next(index, frozenset({"_COLON"}))
             before, head, behind = self.tokens[index - 1], self.tokens[index], self.tokens[colon]
@@ -419,11 +426,23 @@ class _Writer:
                 [*texts, " NIL"],
                 [*is_open, False],
             )
+        for i, (inner, head) in enumerate(zip(bodies, heads[1:], strict=False)):
+            if self._is_unfinished(inner) and not head.startswith("case"):
+                texts[i] = f" case true :{texts[i]}\n{indent}{_FINISH}"
+                is_open[i] = False
         written, follows_comment = "", False
         for lead, head, text, is_commented in zip(leads, heads, texts, is_open, strict=True):
             written = _joined(written, lead + head, follows_comment, f"\n{indent}") + text
             follows_comment = is_commented
         return written
+
+    def _is_unfinished(self, body: Body) -> bool:
+        """Whether a percentage or ``else`` behind a body would be read as a part of it."""
+        if isinstance(body, Text):
+            return False
+        if isinstance(body, Same):
+            return body.path in self.unfinished or (not body.closed and self._is_unfinished(body.branches[-1]))
+        return self._is_unfinished(body.branches[-1][1])
 
     def _place(self, body: Body, outer: Path) -> Path:
         """The branch or choice that a body is made from; the one around it for a new choice."""

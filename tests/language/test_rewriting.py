@@ -219,6 +219,17 @@ def test_an_unlikely_branch_is_not_written_as_else():
     assert likely_last(choice[:2]) == tuple(choice[:2])
 
 
+def test_percentages_of_any_sum_do_not_take_the_branches_behind_them():
+    grammar = Grammar.parse("attr p = 30\nLot --> 50% : A else : p% : A (2*p)% : B // b\n")
+    inner = Same((1,), (Text((1, 0), {}), Text((1, 1), {})))
+    text = rewrite(grammar, {("Lot", 0): [RuleCopy("Lot", Chances(((0.1, inner), (0.9, Text((0,), {})))))]})
+    closed = "10% : case true : p% : A (2*p)% : B // b\n    case true : NIL else : NIL\n    else : A\n"
+    assert text == f"attr p = 30\nLot -->\n    {closed}"
+    assert choice_of(text, "Lot")[0] == [10, None]
+    last = rewrite(grammar, {("Lot", 0): [RuleCopy("Lot", Chances(((0.9, Text((0,), {})), (0.1, inner))))]})
+    assert "case" not in last
+
+
 def test_a_rule_on_the_line_of_another_is_removed_alone():
     grammar = Grammar.parse("// about B\nA --> B B --> C C --> D // end\nD --> E")
     assert rewrite(grammar, {("B", 0): []}) == "// about B\nA --> B C --> D // end\nD --> E"

@@ -32,8 +32,7 @@ def choices(draw, depth=2):
     for head in chosen:
         words += [head, "%", ":"] if kind == "chance" else ["case", head, ":"]
         words += draw(choices(depth - 1))
-    # Where percentages vary, the sum of all decides what no `else` means, so such a choice cannot be closed.
-    has_else = any("p" in head and kind == "chance" for head in chosen) or draw(st.integers(0, 3))
+    has_else = draw(st.integers(0, 3))
     return words + (["else", ":", *draw(choices(depth - 1))] if has_else else [])
 
 
@@ -75,12 +74,14 @@ def leaf(text):
 
 
 def rules_of(choice):
-    """What a body says, with percentages as probabilities."""
+    """What a body says, with percentages as probabilities, and without the end of those that sum to anything."""
     if not isinstance(choice, Case | Stochastic):
         return leaf(printing.sequence(choice))
     heads = choice.conditions if isinstance(choice, Case) else choice.percentages
     shares = probabilities(choice) if isinstance(choice, Stochastic) else None
     heads = shares or tuple(None if head is None else printing.expression(head) for head in heads)
+    if heads == ("true", "true", None) and [rules_of(branch) for branch in choice.branches[1:]] == ["NIL", "NIL"]:
+        return rules_of(choice.branches[0])
     return type(choice).__name__, tuple(heads), tuple(rules_of(branch) for branch in choice.branches)
 
 
