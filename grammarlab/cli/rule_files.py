@@ -86,7 +86,9 @@ def list_examples(
             from grammarlab.runs.work.executor_choice import executor_of
 
             if sheet.suffix.lower() != ".png":
-                raise UsageError(f"{sheet}: the sheet is a .png file.")
+                raise UsageError(
+                    f"--sheet: expected the name of a .png file, as in `--sheet grammars.png`, found {str(sheet)!r}."
+                )
             save_sheet([source for sources in groups.values() for source in sources], sheet, executor_of(0))
             say(f"picture: {sheet}")
         if as_json:

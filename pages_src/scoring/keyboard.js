@@ -21,7 +21,7 @@ export const KEYS = [
   ["Ctrl A, Escape", "select all, select none"],
   [
     "Enter",
-    "show the model in 3D; in this view, ← and → show its neighbours, ↑ and ↓ the rules of its parts, and Shift with arrows turns it",
+    "show the model in 3D; in this view, ← and → show its neighbours, ↑ and ↓ the rules of its parts, and Shift with arrows turns it; a finger that goes sideways above or below the picture shows the neighbours, too",
   ],
   ["C", "compare models two at a time, or go back to the grids"],
   [

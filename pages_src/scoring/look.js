@@ -6,6 +6,8 @@ import { makeSteps, scaleOf, scoreOfKey } from "../shared/scale.js";
 /** @typedef {import("./types.js").Page} Page */
 /** @typedef {ReturnType<typeof import("../viewer/viewer.js").show>} View */
 
+/** Pixels that a finger moves to the side, at least, for another model. */
+const SWIPE = 50;
 /** Radians by which a key turns the model. */
 const TURN = Math.PI / 16;
 /** @type {Record<string, [number, number, number]>} what keys do to the view */
@@ -67,6 +69,20 @@ export function makeLook(page, code, backToGrid) {
     room.replaceChildren(canvas);
     page.selection.only(Math.max(page.selection.order.indexOf(model), 0));
     backToGrid();
+  });
+
+  /** @type {PointerEvent | null} where a finger was put above or below the picture, in which fingers turn the model */
+  let finger = null;
+  dialog.addEventListener("pointerdown", (event) => {
+    const isSwipe = event.pointerType === "touch" && event.isPrimary && !event.composedPath().includes(room);
+    finger = isSwipe ? event : null;
+  });
+  dialog.addEventListener("pointercancel", () => (finger = null));
+  dialog.addEventListener("pointerup", (event) => {
+    if (event.pointerId !== finger?.pointerId) return;
+    const [right, down] = [event.clientX - finger.clientX, event.clientY - finger.clientY];
+    finger = null;
+    if (Math.abs(right) >= Math.max(SWIPE, 2 * Math.abs(down))) void go(right < 0 ? 1 : -1);
   });
 
   dialog.addEventListener("keydown", (event) => {

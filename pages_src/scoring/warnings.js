@@ -10,7 +10,8 @@ const SPOKEN = 1000; // ms after which what is read out leaves the page, where i
  */
 export function makeWarnings(handOn) {
   const newest = element("span", { class: "gl-newest" });
-  const spoken = element("div", { class: "gl-unseen", role: "alert" });
+  // Each paragraph is read out when it comes, also while an earlier one is still there.
+  const spoken = element("div", { class: "gl-unseen", role: "alert", "aria-atomic": "false" });
   const summary = element("summary");
   const list = element("ol");
   const others = element("details", { hidden: true }, summary, list);
@@ -22,7 +23,6 @@ export function makeWarnings(handOn) {
   );
   /** @type {Set<string>} all so far, the dismissed ones among them, which do not come again */
   const known = new Set();
-  let timer = 0;
 
   function dismiss() {
     note.hidden = others.hidden = true;
@@ -45,9 +45,11 @@ export function makeWarnings(handOn) {
         if (newest.textContent) list.prepend(element("li", {}, newest.textContent));
         newest.textContent = warning;
       }
-      spoken.replaceChildren(...fresh.map((warning) => element("p", {}, warning)));
-      clearTimeout(timer);
-      timer = setTimeout(() => spoken.replaceChildren(), SPOKEN);
+      for (const warning of fresh) {
+        const words = element("p", {}, warning);
+        spoken.append(words);
+        setTimeout(() => words.remove(), SPOKEN);
+      }
       note.hidden = false;
       const more = list.childElementCount;
       others.hidden = !more;

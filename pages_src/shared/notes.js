@@ -16,13 +16,22 @@ export function makeNotes() {
     if (relatedTarget instanceof HTMLElement && !corner.contains(relatedTarget)) before = relatedTarget;
   });
 
-  /** Who has the focus on a note goes on to another one, or back to where they came from. @param {Element} box */
+  /**
+   * Who has the focus on a note goes on to another one, or back to where they came from; where that is gone, to the
+   * first control of the page.
+   * @param {Element} box
+   */
   function remove(box) {
     const hadFocus = box.matches(":focus-within");
     box.remove();
+    if (!hadFocus) return;
     /** @type {HTMLElement | null} */
     const another = corner.querySelector(".gl-note:not([hidden]) > button");
-    if (hadFocus) (another ?? before)?.focus();
+    (another ?? before)?.focus();
+    if (document.activeElement !== document.body) return;
+    /** @type {HTMLElement | null | undefined} */
+    const first = corner.parentElement?.querySelector("button:enabled, [tabindex='0']");
+    first?.focus();
   }
 
   /** @param {HTMLElement} where @param {string} text @param {string} style */

@@ -205,6 +205,12 @@ def test_the_sheet_has_a_picture_of_each_file(tmp_path):
         assert picture.height < 400
 
 
+def test_an_option_taken_as_the_name_of_the_sheet_is_named(run):
+    refused = run("list", "--sheet", "--help", code=2)
+    assert "--sheet: expected the name of a .png file" in refused.stderr
+    assert "found '--help'" in refused.stderr
+
+
 def test_strangers_share_nothing(run):
     told = run("compare", "toy", "limits", "-n", 5)
     assert "these grammars share nothing" in told.stderr

@@ -168,3 +168,26 @@ def test_pinching_on_a_touchpad_zooms_as_far_as_the_fingers_go(towers):
     expect(tile).to_be_in_viewport()
     assert tile.bounding_box()["width"] / before["width"] == pytest.approx(2, rel=0.1)
     assert towers.page.evaluate("visualViewport.scale") == 1
+
+
+def test_a_swipe_beside_the_large_picture_shows_the_next_model_and_one_on_it_turns_the_model(touched):
+    touched.page.touchscreen.tap(*middle(touched.cell(1)))
+    touched.button("3D view").tap()
+    large = touched.page.get_by_role("dialog", name="Model in 3D")
+    title, canvas = large.get_by_role("heading"), large.locator("canvas")
+    names = [label.split(",")[0] for label in touched.labels()]
+    expect(title).to_contain_text(names[1])
+    hand = Hand(touched.page)
+    for where, by, shown in ((title, (-60, 5), 2), (title, (60, 5), 1), (title, (-40, 0), 1), (canvas, (-120, 0), 1)):
+        x, y = middle(where)
+        hand.put((x, y))
+        hand.move(((x, y), (x + by[0], y + by[1])))
+        hand.lift()
+        expect(title).to_contain_text(names[shown])
+    x, y = middle(large.get_by_text("Click a part of the model"))
+    hand.put((x, y))
+    hand.move(((x, y), (x - 80, y)))
+    hand.lift()
+    expect(title).to_contain_text(names[2])
+    large.get_by_role("button", name="Close").tap()
+    touched.expect_chosen([2])

@@ -1,4 +1,4 @@
-/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source fdd97d5b4e456352 */
+/* Built from shared, stage, editor by pages_src/bundle.js; do not edit. Source 39110528100d5d35 */
 
 // shared/ahead.js
 var Ahead = class {
@@ -245,8 +245,12 @@ function makeNotes() {
   function remove(box) {
     const hadFocus = box.matches(":focus-within");
     box.remove();
+    if (!hadFocus) return;
     const another = corner2.querySelector(".gl-note:not([hidden]) > button");
-    if (hadFocus) (another ?? before)?.focus();
+    (another ?? before)?.focus();
+    if (document.activeElement !== document.body) return;
+    const first = corner2.parentElement?.querySelector("button:enabled, [tabindex='0']");
+    first?.focus();
   }
   function note(where, text, style) {
     for (const box2 of where.children) if (box2.textContent === text) remove(box2);

@@ -1,4 +1,4 @@
-/* Built from shared, example by pages_src/bundle.js; do not edit. Source 8dcfa2365e32d64b */
+/* Built from shared, example by pages_src/bundle.js; do not edit. Source 54b0fef1b71db9b8 */
 
 // shared/ahead.js
 var Ahead = class {

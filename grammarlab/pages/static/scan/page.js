@@ -1,4 +1,4 @@
-/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 870a3cfc6b2afe84 */
+/* Built from shared, scan by pages_src/bundle.js; do not edit. Source 1092a1ca8a8ae6e3 */
 
 // shared/element.js
 function element(tag, properties = {}, ...children) {

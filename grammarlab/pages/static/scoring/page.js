@@ -1,4 +1,4 @@
-/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 8d7a04b3dbc947f8 */
+/* Built from shared, scoring by pages_src/bundle.js; do not edit. Source 4d5a0c57902a657b */
 
 // shared/ahead.js
 var Ahead = class {
@@ -1097,7 +1097,7 @@ var KEYS = [
   ["Ctrl A, Escape", "select all, select none"],
   [
     "Enter",
-    "show the model in 3D; in this view, ← and → show its neighbours, ↑ and ↓ the rules of its parts, and Shift with arrows turns it"
+    "show the model in 3D; in this view, ← and → show its neighbours, ↑ and ↓ the rules of its parts, and Shift with arrows turns it; a finger that goes sideways above or below the picture shows the neighbours, too"
   ],
   ["C", "compare models two at a time, or go back to the grids"],
   [
@@ -1468,6 +1468,7 @@ function lineOf(place) {
 }
 
 // scoring/look.js
+var SWIPE = 50;
 var TURN = Math.PI / 16;
 var MOVEMENTS = {
   "Shift ArrowLeft": [-TURN, 0, 1],
@@ -1518,6 +1519,18 @@ function makeLook(page, code, backToGrid) {
     room.replaceChildren(canvas);
     page.selection.only(Math.max(page.selection.order.indexOf(model), 0));
     backToGrid();
+  });
+  let finger = null;
+  dialog.addEventListener("pointerdown", (event) => {
+    const isSwipe = event.pointerType === "touch" && event.isPrimary && !event.composedPath().includes(room);
+    finger = isSwipe ? event : null;
+  });
+  dialog.addEventListener("pointercancel", () => finger = null);
+  dialog.addEventListener("pointerup", (event) => {
+    if (event.pointerId !== finger?.pointerId) return;
+    const [right, down] = [event.clientX - finger.clientX, event.clientY - finger.clientY];
+    finger = null;
+    if (Math.abs(right) >= Math.max(SWIPE, 2 * Math.abs(down))) void go(right < 0 ? 1 : -1);
   });
   dialog.addEventListener("keydown", (event) => {
     if (!dialog.open || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -2368,8 +2381,12 @@ function makeNotes() {
   function remove(box) {
     const hadFocus = box.matches(":focus-within");
     box.remove();
+    if (!hadFocus) return;
     const another = corner.querySelector(".gl-note:not([hidden]) > button");
-    if (hadFocus) (another ?? before)?.focus();
+    (another ?? before)?.focus();
+    if (document.activeElement !== document.body) return;
+    const first = corner.parentElement?.querySelector("button:enabled, [tabindex='0']");
+    first?.focus();
   }
   function note(where, text, style) {
     for (const box2 of where.children) if (box2.textContent === text) remove(box2);
@@ -2700,7 +2717,7 @@ async function load(channel) {
 var SPOKEN = 1e3;
 function makeWarnings(handOn) {
   const newest = element("span", { class: "gl-newest" });
-  const spoken = element("div", { class: "gl-unseen", role: "alert" });
+  const spoken = element("div", { class: "gl-unseen", role: "alert", "aria-atomic": "false" });
   const summary = element("summary");
   const list = element("ol");
   const others = element("details", { hidden: true }, summary, list);
@@ -2711,7 +2728,6 @@ function makeWarnings(handOn) {
     iconButton("close", "Dismiss", dismiss)
   );
   const known = /* @__PURE__ */ new Set();
-  let timer = 0;
   function dismiss() {
     note.hidden = others.hidden = true;
     others.open = false;
@@ -2731,9 +2747,11 @@ function makeWarnings(handOn) {
         if (newest.textContent) list.prepend(element("li", {}, newest.textContent));
         newest.textContent = warning;
       }
-      spoken.replaceChildren(...fresh.map((warning) => element("p", {}, warning)));
-      clearTimeout(timer);
-      timer = setTimeout(() => spoken.replaceChildren(), SPOKEN);
+      for (const warning of fresh) {
+        const words = element("p", {}, warning);
+        spoken.append(words);
+        setTimeout(() => words.remove(), SPOKEN);
+      }
       note.hidden = false;
       const more = list.childElementCount;
       others.hidden = !more;

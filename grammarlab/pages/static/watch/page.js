@@ -1,4 +1,4 @@
-/* Built from shared, watch by pages_src/bundle.js; do not edit. Source b494ea1a9f853b8a */
+/* Built from shared, watch by pages_src/bundle.js; do not edit. Source de36c1df06a378bc */
 
 // shared/ahead.js
 var Ahead = class {
@@ -132,8 +132,12 @@ function makeNotes() {
   function remove(box) {
     const hadFocus = box.matches(":focus-within");
     box.remove();
+    if (!hadFocus) return;
     const another = corner.querySelector(".gl-note:not([hidden]) > button");
-    if (hadFocus) (another ?? before)?.focus();
+    (another ?? before)?.focus();
+    if (document.activeElement !== document.body) return;
+    const first = corner.parentElement?.querySelector("button:enabled, [tabindex='0']");
+    first?.focus();
   }
   function note(where, text, style) {
     for (const box2 of where.children) if (box2.textContent === text) remove(box2);
