@@ -21,6 +21,7 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from grammarlab.language.checking.percentages import constant
+from grammarlab.language.syntax import printing
 from grammarlab.language.syntax.builtins import blocks, operations
 from grammarlab.language.syntax.syntax_tree import (
     Annotation,
@@ -31,6 +32,7 @@ from grammarlab.language.syntax.syntax_tree import (
     Call,
     Case,
     Choice,
+    Expression,
     Function,
     Invoke,
     Name,
@@ -48,6 +50,7 @@ from grammarlab.language.syntax.syntax_tree import (
 _WORD = re.compile(r"A+(?=Aa)|A?a+0*|A+0*|0+")
 """A word of the shape of an identifier: ``GroundFloor``, ``GFA_total``."""
 _IDENTIFIER = r"[^\W\d]\w*(?:\.\w+)*"
+_IN_FORMULA = re.compile(rf"(?<![\w.]){_IDENTIFIER}")
 _LINE = r"line \d+(?: branch \d+)?"
 _SHARE = r"[\d.e+-]+%"
 _NAMED = re.compile(
@@ -350,20 +353,38 @@ def _branch_words(body: Choice, attributes: frozenset[str]) -> Iterator[tuple[st
 
 
 def _value(node: Choice) -> str:
-    """A value in words: a text, a truth value, a name, a number, or a range of numbers; empty for anything else."""
+    """A text, truth value, name, number, range, or a sum or product of names and numbers, in words; else empty."""
     if isinstance(node, String):
         return node.value
     if isinstance(node, Boolean):
         return str(node.value).lower()
     if isinstance(node, Name):
         return _own_words(node.identifier)
+    if isinstance(node, Call) and node.function == "rint":
+        return _value(node.arguments[0]) if isinstance(node.arguments[0], Call) else ""
     if isinstance(node, Call) and node.function == "rand" and node.arguments:
         ends = [constant(argument) for argument in node.arguments]
         numbers = sorted(end for end in ([0.0, *ends] if len(ends) == 1 else ends) if end is not None)
         return " to ".join(map(_number, numbers)) if len(numbers) == _NUM_ENDS else ""
-    if isinstance(node, Case | Stochastic | Sequence) or (number := constant(node)) is None:
+    if isinstance(node, Case | Stochastic | Sequence):
         return ""
-    return _number(number)
+    number = constant(node)
+    return _sum_or_product(node) if number is None else _number(number)
+
+
+def _sum_or_product(node: Expression) -> str:
+    """Sums and products of names and numbers in words; empty for other values, and for long ones.
+
+    >>> from grammarlab.language.grammar import Grammar
+    >>> _sum_or_product(Grammar.parse("attr a = (storeys - 1) * floorHeight + 0.5").attributes["a"].value)
+    '(storeys - 1) · floor height + 0.5'
+    """
+    parts = list(walk(node))
+    operators = {part.operator for part in parts if isinstance(part, Binary)}
+    if not all(isinstance(part, Binary | Name | Number) for part in parts) or operators - set("+-*"):
+        return ""
+    text = _IN_FORMULA.sub(lambda match: _own_words(match[0]), printing.expression(node)).replace("*", "·")
+    return text if len(text) <= _LONGEST else ""
 
 
 def _number(value: float) -> str:

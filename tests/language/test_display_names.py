@@ -231,7 +231,11 @@ Lot --> extrude(f(2) + f(1, 2)) X."""
         ('"1/2"', '"A / B"', "1/2, A / B"),
         ('"oldWall.obj"', '"maps/newWall"', "old wall, new wall"),
         (f'"{"x" * 60}a"', f'"{"x" * 60}b"', "alternative 1, alternative 2"),
-        ("3 + Lot.h", "4", "alternative 1, alternative 2"),
+        ("3 + Lot.h", "4", "3 + area, 4"),
+        ("(other - 1) * other + 0.5", "rint(rand(2, 5))", "(other - 1) · other + 0.5, 2 to 5"),
+        ("other / 2", "4", "alternative 1, alternative 2"),
+        ("sqrt(Lot.h)", "4", "alternative 1, alternative 2"),
+        (" + ".join(["other"] * 9), "4", "alternative 1, alternative 2"),
     ],
 )
 def test_values_are_told_as_they_are_written(first, second, words):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Floats
+from grammarlab.arrays import Flags, Floats
 from grammarlab.density.exact.learned import LearnedGrammar, num_alternatives
 from grammarlab.density.targets.accepted import AcceptedGrammar, product_with_own, split_symbols, with_rule
 from grammarlab.density.targets.ranges import range_ends
@@ -143,29 +143,27 @@ def _with_acceptance(
     simple = density.simplest(exact_only=False)
     grammar = density.target.grammar
     values = simple.preference(density.columns.rows)
-    features = tuple(density.columns.features[column] for column in simple.preference.columns.tolist())
-    best = _Part(None, float(values.max()), float(density.weights @ values / values.max() / density.weights.sum()))
-    learned = density.target.even
+    whole = _Part(None, float(values.max()), float(density.weights @ values / values.max() / density.weights.sum()))
+    rule, learned = _rule_for_all(density, simple, whole), density.target.even
     original_rule = Acceptance.of(grammar.tree)
     if original_rule is None:
         fitting = np.inf
         for part in sorted(_parts(density, simple.preference), key=_worth, reverse=True):
             if part.preference is None or len(density.columns.text(part.preference)) > MAX_TEXT - _MARGIN_CHARACTERS:
                 continue
-            if _worth(part) < _MIN_RATE_GAIN * best.rate or len(part.preference.tree) > fitting:
+            if _worth(part) < _MIN_RATE_GAIN * whole.rate or len(part.preference.tree) > fitting:
                 continue
             fitting = _SIZE_FACTOR * len(part.preference.tree)
             candidate = compiled(density.as_target(part.preference), forest, (), max_branches)
-            if (
-                candidate is not None
-                and (rules_if_few(candidate, max_branches) or np.inf) <= max_branches
-                and _countable(features, grammar, candidate)
-            ):
+            if candidate is None or (rules_if_few(candidate, max_branches) or np.inf) > max_branches:
+                continue
+            rest = _rule_for_rest(density, simple, part, part.preference, candidate)
+            if rest is not None:
                 keep_probability = _quotient(values, part.preference(density.columns.rows) * part.highest)
                 target = density.as_target(part.preference)
-                best, learned = part, rounded_off(density, target, forest, (), candidate, keep_probability)
+                rule, learned = rest, rounded_off(density, target, forest, (), candidate, keep_probability)
                 break
-    text, mean, followed, js = _rule(density, simple, best)
+    text, mean, followed, js = rule
     rate = mean if original_rule is None else mean * _mean(original_rule, density)
     method = f"Method compile with acceptance, base {density.target.base}"
     header = [*lines, f"An acceptance rule keeps {rate:.2g} of the models; other engines ignore it.", method]
@@ -311,29 +309,50 @@ class _Rule(NamedTuple):
     """Divergence in nats of this function from the predictions, on the pool."""
 
 
-def _rule(density: PoolDensity, predicted: Simple, part: _Part) -> _Rule:
-    """The shorter one of two rules for what the grammar leaves open.
+def _rule_for_all(density: PoolDensity, predicted: Simple, whole: _Part) -> _Rule:
+    """The rule for the predicted function beside a grammar that does not follow it."""
+    text = density.columns.text(predicted.preference.scaled(1.0 / whole.highest))
+    return _Rule(text, whole.rate, predicted.preference, predicted.js)
+
+
+def _rule_for_rest(
+    density: PoolDensity, predicted: Simple, part: _Part, function: SimplifiedPreference, learned: LearnedGrammar
+) -> _Rule | None:
+    """The shorter one of two rules for what a grammar leaves open; None if both read draws that it changed.
 
     One is the quotient of the predicted function and that of the grammar, and the other a function of its own, which
     names only what the grammar does not express.
+
+    Args:
+        density: the target density.
+        predicted: the predicted function.
+        part: what the grammar follows.
+        function: the function of the part.
+        learned: the grammar.
     """
-    columns = density.columns
-    if part.preference is None:
-        text = columns.text(predicted.preference.scaled(1.0 / part.highest))
-        return _Rule(text, part.rate, predicted.preference, predicted.js)
-    below = columns.text(part.preference.scaled(part.highest))
+    columns, grammar = density.columns, density.target.grammar
+    below = columns.text(function.scaled(part.highest))
     quotient = _Rule(f"{columns.text(predicted.preference)} / {below}", part.rate, predicted.preference, predicted.js)
-    rules = [quotient, *_rest(density, part.preference)]
-    near = [rule for rule in rules if rule.js <= max(TOLERANCE, predicted.js)]
-    return min(near, key=lambda rule: len(rule.text))
+    kept = np.array([_countable([feature], grammar, learned) for feature in columns.features])
+    near = [rule for rule in _rest(density, function, kept) if rule.js <= max(TOLERANCE, predicted.js)]
+    if kept[predicted.preference.columns].all() and kept[function.columns].all():
+        near.append(quotient)
+    return min(near, key=lambda rule: len(rule.text), default=None)
 
 
-def _rest(density: PoolDensity, part: SimplifiedPreference) -> Iterator[_Rule]:
-    """Rules of their own for what a function leaves open: of columns that matter, and of all."""
+def _rest(density: PoolDensity, part: SimplifiedPreference, kept: Flags) -> Iterator[_Rule]:
+    """Rules of their own for what a function leaves open: of columns that matter, and of all, as far as these are kept.
+
+    Args:
+        density: the target density.
+        part: the function.
+        kept: [F] columns that may be read.
+    """
     columns, values = density.columns, part(density.columns.rows)
     open_values, weights = _quotient(density.scores, values), density.weights * values
     for column_set in density.column_sets(exact_only=False) if weights @ open_values > 0.0 else ():
-        rest = next(simpler(columns.rows, open_values, weights, column_set, max(_LEAVES))).preference
+        readable = column_set[kept[column_set]]
+        rest = next(simpler(columns.rows, open_values, weights, readable, max(_LEAVES))).preference
         rest = rest.scaled(1.0 / max(rest.levels))
         both = part.times(rest)
         js = agreement(density.scores, both(columns.rows), density.weights).js

@@ -10,6 +10,7 @@ from grammarlab.density.exact.learned import LearnedGrammar
 from grammarlab.density.sampler import GrammarSampler
 from grammarlab.density.targets.accepted import AcceptedGrammar
 from grammarlab.derivation.derive import derive
+from grammarlab.derivation.model_values import attribute
 from grammarlab.features.expression import Expression
 from grammarlab.features.patterns.counts import count
 from grammarlab.features.patterns.pattern import Draw, Formula
@@ -195,6 +196,41 @@ def test_percentages_move_beside_a_rule_about_draws_of_attributes_and_of_rules_t
         assert learned.part is not None
         assert learned.accept_rate > 2.5 * (taste > 0).mean()
         assert "% : Open" not in learned.text or re.search(r"100% : Open|Porch -->\s+Open", learned.text)
+
+
+HOUSES = """
+attr storey = rand(2.6, 3.6)
+attr height = 60% : 2 * storey else : 9 * storey
+@StartRule
+Lot --> s(20, 0, 20) extrude(height) Plan Sums
+Plan --> 60% : L. else : U.
+Sums --> split(x) { '(rand(0.2, 0.8)) : Wing | ~1 : Wing }
+"""
+
+
+def test_percentages_move_where_a_rule_need_not_name_the_choices_of_a_cut_attribute():
+    plan, high, wide = (Expression.parse(text).formula for text in ("{Plan:0}", "$height:0", "$Sums >= 0.5"))
+
+    def score(models):
+        plans, heights, widths = count(models, [plan, high, wide]).T
+        return 100.0 * np.where(plans > 0, 1.0 - 0.8 * heights, 0.2 * (1.0 - heights)) * (0.3 + 0.7 * widths)
+
+    found = made(score, Grammar.parse(HOUSES), extra=(plan, high, wide))
+    learned = found.learned
+    assert isinstance(learned, AcceptedGrammar)
+    # The rule names the draw alone, although the taste is about all three.
+    assert "Plan" not in learned.rule.text
+    assert "height" not in learned.rule.text
+    assert learned.accept_rate > 0.6
+    assert found.measured.after.js <= TOLERANCE
+    # What the text samples is what was meant.
+    forest, models = derive(learned.original, 8_000, 5), learned.sample(2_000, 2)
+    shares = []
+    for some, weights in ((forest, score(forest)), (models, np.ones(2_000))):
+        is_low = attribute(some, "height") < 4.0 * attribute(some, "storey")
+        kinds = (count(some, [plan, wide]) @ [2.0, 1.0] + 4.0 * is_low).astype(np.int64)
+        shares.append(np.bincount(kinds, weights, minlength=8) / weights.sum())
+    np.testing.assert_allclose(*shares, atol=0.04)
 
 
 def half_open(forest):
