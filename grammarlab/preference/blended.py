@@ -113,7 +113,7 @@ class BlendedPreference(AbstractPreference):
 
         A mean score that is not certain has an expected value above that of its mean near 0, below it near 100: where
         no design has been scored, a value near 0 would be a claim that all designs there are disliked. What is not
-        certain about comparisons is the level of all values, which changes no density.
+        certain about comparisons is the level of all values, which is the same for all designs.
         """
         prediction, noise_variance = self.process.predict(rows), self.process.noise_variance
         variance = np.maximum(prediction.std**2 - noise_variance, 0.0)

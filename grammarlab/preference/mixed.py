@@ -151,6 +151,8 @@ def _judged(
     # Of the shares of the process, of a process with kernels found without the held-out labels, and of nothing.
     evidence, sketches = np.zeros(len(PROCESS_SHARES) + 2), list[Sketch]()
     evidence[-1] = flat.log_evidence
+    # Comparisons alone leave the level of all values open.
+    limits = (-np.inf, np.inf) if compared.all() else (0.0, MAX_SCORE)
     for number in range(NUM_FOLDS):
         out = (fold_of[first] == number) | (fold_of[second] == number)
         is_training, apart = ~out[observed.label], np.flatnonzero((fold_of[observed.row_pairs] != number).all(axis=1))
@@ -176,7 +178,7 @@ def _judged(
                 starts=1,
             ).conditioned_on(known)
             by_process, by_cells, by_refitted = (
-                np.clip(part.predict(judgements.rows).mean, 0.0, MAX_SCORE) for part in (*sketch, refitted)
+                np.clip(part.predict(judgements.rows).mean, *limits) for part in (*sketch, refitted)
             )
         sketches.append(sketch)
         mixtures = [share * by_process + (1.0 - share) * by_cells for share in PROCESS_SHARES]

@@ -196,6 +196,9 @@ def label_observations(judgements: Judgements, hyperparameters: Hyperparameters,
     # Posterior of the rows, given all sites.
     inner = np.linalg.solve(mixing @ spread + np.diag(sites.variances), spread.T)
     mean, covariance = mean + inner.T @ (sites.means - mixing @ mean), covariance - spread @ inner
+    if (judgements.second >= 0).all():
+        # Comparisons alone leave the level of all values open, as in `condition`.
+        mean = mean - mean[np.append(judgements.first, judgements.second)].mean()
     observations, row_pairs = _observations(judgements, sites.means, sites.variances)
     cavity_means, cavity_variances = sites.cavity()
     noise_variances = intervals.deviation(noise) ** 2

@@ -6,7 +6,7 @@ dozen of hundreds, and needs no compilation for new sizes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -63,6 +63,8 @@ class Posterior:
     """[n, A] the subtracted rows of observations in the same form; None if all are of one row."""
     compared: Floats | None = None
     """[n] 1 if a row is subtracted, otherwise 0."""
+    level: float = 0.0
+    """Subtracted from all means: comparisons alone leave it open, so their rows have the mean of the prior, 0."""
 
     def predict(self, rows: Floats) -> Prediction:
         """Mean (Equation 4.4) and standard deviation (4.5) of the scores of rows [m, F]."""
@@ -72,7 +74,7 @@ class Posterior:
             for start in range(0, len(rows), MAX_ROWS):
                 block = slice(start, start + MAX_ROWS)
                 across = self.covariance_with_observed(rows[block])
-                mean[block] = across @ self.solution
+                mean[block] = across @ self.solution - self.level
                 explained = solve_triangular(self.factor, across.T, lower=True, overwrite_b=True, check_finite=False)
                 variance[block] = prior - np.einsum("nm,nm->m", explained, explained)
         return Prediction(mean, np.sqrt(np.maximum(variance, 0.0)))
@@ -126,7 +128,7 @@ def condition(hyperparameters: Hyperparameters, observations: Observations) -> P
                 f"for the amplitude {hyperparameters.amplitude:g}. Fit with more noise."
             ) from error
         solution = cho_solve((factor, True), observations.means, check_finite=False)
-    return Posterior(
+    posterior = Posterior(
         hyperparameters=hyperparameters,
         columns=columns,
         scaled=scaled,
@@ -136,3 +138,6 @@ def condition(hyperparameters: Hyperparameters, observations: Observations) -> P
         subtracted=subtracted,
         compared=compared,
     )
+    if compared is None or not compared.all():
+        return posterior
+    return replace(posterior, level=float(posterior.predict(observations.all_rows).mean.mean()))

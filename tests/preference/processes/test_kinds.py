@@ -203,6 +203,39 @@ def test_comparisons_alone_put_models_in_order():
     assert told[wanted].min() > told[~wanted].max()
 
 
+@pytest.mark.parametrize(("seed", "number"), [(0, 384), (2, 256)])
+def test_many_comparisons_alone_find_the_level_of_disliked_designs(seed, number):
+    rows, others = np.random.default_rng(seed).integers(0, 3, (2, number, 30)).astype(float)
+    errors = np.random.default_rng(seed).normal(0.0, 10.0, (2, number))
+    wanted = [100.0 * ((designs[:, 0] > 0.0) & (designs[:, 3] > 1.0)) for designs in (rows, others)]
+    turned = wanted[0] + errors[0] < wanted[1] + errors[1]
+    rows[turned], others[turned] = others[turned], rows[turned].copy()
+    fresh = np.random.default_rng(9).integers(0, 3, (1000, 30)).astype(float)
+    of_grammar = fresh, np.ones(len(fresh))
+    preference = fit(rows, [100.0] * number, kinds=many("rather", number), others=others, designs=of_grammar)
+    told = preference.predict(fresh).mean
+    good = (fresh[:, 0] > 0.0) & (fresh[:, 3] > 1.0)
+    assert told[~good].sum() < 0.05 * told.sum()
+
+
+def test_the_level_that_comparisons_leave_open_is_that_of_the_prior():
+    rows, _, _, others = compared(30, 4, 3)
+    judgements = judgements_of(rows, [100.0] * 30, many("rather", 30), others)
+    kernel = Hyperparameters(900.0, np.array([0.04, 0.02, 0.3, 0.0]), 9.0)
+    found = label_observations(judgements, kernel, 50.0)
+    posterior = condition(kernel, found.observations)
+    assert posterior.predict(found.observations.all_rows).mean.mean() == pytest.approx(0.0, abs=1e-9)
+    # Differences are as they were.
+    fresh = coins(9, 4, 4)
+    by_formula = posterior.covariance_with_observed(fresh) @ posterior.solution
+    np.testing.assert_allclose(np.ptp(posterior.predict(fresh).mean - by_formula), 0.0, atol=1e-9)
+    # One score says where the level is.
+    scored = np.append([80.0], [100.0] * 30)
+    kinds: list[Kind] = [*many("score", 1), *many("rather", 30)]
+    known = judgements_of(np.vstack([rows[:1], rows]), scored, kinds, np.vstack([rows[:1], others]))
+    assert condition(kernel, label_observations(known, kernel, 50.0).observations).level == 0.0
+
+
 @pytest.mark.parametrize("kind", ["stars", "thumb"])
 def test_coarse_scales_teach(kind):
     rows, fresh = coins(90, 6, 2), coins(200, 6, 3)
