@@ -25,7 +25,8 @@ ROUNDING = 1e-9
 MAX_STEPS = 200
 """Largest number of steps of an iteration that ends by itself. More are only slower."""
 BATCH = 1_000
-"""Number of rows of a table that are made at once: more need more memory, fewer more calls."""
+"""Number of rows of a table that are made at once, or of labels of several kinds that are weighed together: more need
+more memory, fewer more calls."""
 FEW = 3
 """Number of folds, sweeps, starts, gates, steps without a gain, or kept results, where one may do. More are only
 slower."""

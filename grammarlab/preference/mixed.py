@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from threadpoolctl import threadpool_limits
 
-from grammarlab.arrays import ROUNDING, Flags, Floats, Ints
+from grammarlab.arrays import BATCH, ROUNDING, Flags, Floats, Ints
 from grammarlab.preference.base import MANY_LABELS, MAX_SCORE, Rows
 from grammarlab.preference.belief import belief, believed
 from grammarlab.preference.blended import MIN_LABELS, BlendedPreference
@@ -53,7 +53,7 @@ def fit(
     """Both kinds of preference, the share of each by held-out labels, and how far they are believed.
 
     Args:
-        rows: [n, F] finite numbers.
+        rows: [n, F] finite numbers; of more than `BATCH` labels, so many count, an even selection by score.
         scores: [n] 0-100, as in label tables.
         kinds: [n] kinds of the labels.
         others: [n, F] rows of the other models of comparisons; arbitrary for other kinds.
@@ -64,7 +64,8 @@ def fit(
     Raises:
         UsageError: If labels or groups are out of range.
     """
-    judgements = judgements_of(rows, scores, kinds, others)
+    # Sites take the third power of the number of labels, again and again.
+    judgements = judgements_of(rows, scores, kinds, others).thinned(BATCH)
     numbers = checked_groups(groups, judgements.rows.shape[1])
     drawn = checked_kinds(continuous, len(numbers))
     with threadpool_limits(1, "blas"):

@@ -8,7 +8,7 @@ single label the result is exact; for comparisons it is that of Chu and Ghahrama
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -115,6 +115,18 @@ class Judgements:
         """Selected labels, ascending."""
         kinds = tuple(self.kinds[index] for index in indices.tolist())
         return Judgements(self.rows, self.scores[indices], kinds, self.first[indices], self.second[indices])
+
+    def thinned(self, most: int) -> Judgements:
+        """At most so many of the labels, an even selection by score, with their rows."""
+        total = len(self.scores)
+        if total <= most:
+            return self
+        by_score = np.argsort(self.scores, kind="stable")
+        part = self.take(np.sort(by_score[np.arange(most) * total // most]))
+        compared = part.second >= 0
+        used = np.unique(np.append(part.first, part.second[compared]))
+        second = np.where(compared, np.searchsorted(used, part.second), -1)
+        return replace(part, rows=self.rows[used], first=np.searchsorted(used, part.first), second=second)
 
     def intervals(self, middle: float) -> Intervals:
         """[k] intervals of labels other than scores, of values or of differences of two.

@@ -273,6 +273,35 @@ def test_the_order_of_labels_of_all_kinds_does_not_matter():
     np.testing.assert_array_equal(one.predict(rows).mean, two.predict(rows).mean)
 
 
+def test_of_many_labels_an_even_selection_counts(monkeypatch):
+    rows, scores, kinds, others = compared(60, 6, 4)
+    kinds[:20] = [*many("score", 10), *many("stars", 10)]
+    scores[:20] = np.repeat([0.0, 25.0, 75.0, 100.0], 5)
+    every = judgements_of(rows, scores, kinds, others)
+    assert every.thinned(60) is every
+    some = every.thinned(24)
+    listed = [
+        [(*rows[a], *(rows[b] if b >= 0 else ()), kind, score) for a, b, kind, score in zip(*labels, strict=True)]
+        for part in (some, every)
+        for rows, labels in [(part.rows, (part.first, part.second, part.kinds, part.scores))]
+    ]
+    assert set(listed[0]) <= set(listed[1])
+    assert len(some.scores) == 24
+    np.testing.assert_allclose(
+        np.quantile(some.scores, [0.2, 0.5, 0.8]), np.quantile(scores, [0.2, 0.5, 0.8]), atol=25.0
+    )
+    np.testing.assert_array_equal(
+        np.unique(np.append(some.first, some.second[some.second >= 0])), range(len(some.rows))
+    )
+    order = np.random.default_rng(0).permutation(60)
+    turned = judgements_of(rows[order], scores[order], [kinds[i] for i in order], others[order]).thinned(24)
+    np.testing.assert_array_equal(turned.rows, some.rows)
+    monkeypatch.setattr(mixed, "BATCH", 24)
+    preference = mixed.fit(rows, scores, kinds=kinds, others=others)
+    assert preference.process.observations.counts.sum() == 24.0
+    assert np.isfinite(preference.predict(rows).mean).all()
+
+
 def test_scores_alone_are_learned_from_to_the_last_bit_as_ever():
     rows = coins(40, 5, 8)
     one, two = fit(rows, liked(rows)), fit(rows, liked(rows), kinds=many("score", 40), others=rows)
