@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr
+from scipy.special import erfcx, ndtr
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import AbstractPreference
@@ -24,8 +24,6 @@ from grammarlab.preference.queries import MIN_HIGHEST, SMALL_PART, Situation
 
 _MAX_CANDIDATES = 240, 60, 100
 """Largest numbers of candidates: from the grammar, from elsewhere, and with labels."""
-_MAX_DEVIATIONS = 38.0
-"""Number of deviations beyond which an answer is known: the probability of the other one is less than any number."""
 
 
 def propose_pairs(situation: Situation, compared: Ints, num: int, seed: int) -> Ints:
@@ -97,11 +95,13 @@ def most_telling_pairs(
 def _sign_gain(deviations: Floats) -> Floats:
     """Share of the gain from a noisy difference that its sign has, by the number of deviations of its mean from 0.
 
-    >>> _sign_gain(np.array([0.0, 3.0])).round(3).tolist()
-    [0.637, 0.015]
+    >>> _sign_gain(np.array([0.0, 3.0, 1e8])).round(3).tolist()
+    [0.637, 0.015, 0.0]
     """
-    far = np.minimum(np.abs(deviations), _MAX_DEVIATIONS)
-    return np.exp(-(far**2) - log_ndtr(far) - log_ndtr(-far)) / (2.0 * np.pi)
+    far = np.abs(deviations)
+    # The density over Phi(-z), finite however surely an answer is known.
+    rate = np.sqrt(2.0 / np.pi) / erfcx(far / np.sqrt(2.0))
+    return ndtr(-far) * rate * rate / ndtr(far)
 
 
 def _expected(preference: AbstractPreference, rows: Floats) -> tuple[Floats, Floats, float]:

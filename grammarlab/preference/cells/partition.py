@@ -291,12 +291,17 @@ class PartitionPreference(AbstractPreference):
 
     def _are_unlike(self, cells: Sequence[Ints]) -> Floats:
         """[k] probability that the designs of each cell have different values, with even odds before any score."""
-        any_values = UnexplainedScores.of(self.cells.scores)
+        any_values = self._any_values
         counts = np.array([any_values.members[cell].sum(axis=0) for cell in cells]).reshape(
             len(cells), any_values.members.shape[1]
         )
         one_value = np.array([self.cells.of_labels(cell) for cell in cells])
         return expit(any_values.log_evidence(counts) - one_value)
+
+    @cached_property
+    def _any_values(self) -> UnexplainedScores:
+        """The evidence of any distribution of scores."""
+        return UnexplainedScores.of(self.cells.scores)
 
     def _mean_values(self, cells: Sequence[Ints]) -> Floats:
         """[k, G] the value with the mean score of each cell, as shares of the values of the grid beside it."""

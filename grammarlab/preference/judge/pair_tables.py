@@ -63,8 +63,8 @@ def pair_tables(numbers: Ints, scores: Floats) -> Iterator[PairTable]:
     for index in np.argsort(np.log(2.0) * cells - worth, kind="stable")[:MANY].tolist():
         i, j = int(first[index]), int(second[index])
         chosen, num_cells = _chosen(numbers[:, [i, j]], centred), int(cells[index])
-        price = np.log(len(first)) + np.log(num_cells) + np.log(float(comb(num_cells, len(chosen))))
-        yield PairTable(i, j, chosen, float(price))
+        price = log(len(first)) + log(num_cells) + log(comb(num_cells, len(chosen)))
+        yield PairTable(i, j, chosen, price)
 
 
 def _explained(numbers: Ints, centred: Floats) -> tuple[Floats, Floats]:

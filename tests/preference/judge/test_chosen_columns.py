@@ -6,6 +6,7 @@ from math import comb, factorial
 
 import numpy as np
 import pytest
+from scipy.special import gammaln
 
 from grammarlab.preference.growth.screening import coarse_bins, explained, gains
 from grammarlab.preference.judge.learned_orders import LearnedOrder, learned_orders
@@ -26,6 +27,13 @@ def test_a_table_of_pairs_is_found_cell_by_cell():
     np.testing.assert_array_equal(table.values(numbers), liked)
     num_cells = len(np.unique(numbers[:, [2, 6]], axis=0))
     assert table.price == pytest.approx(np.log(comb(9, 2) * num_cells * comb(num_cells, 4)))
+
+
+def test_tables_of_more_cells_than_a_number_can_count_choices_of_have_a_price():
+    numbers = np.indices((40, 40)).reshape(2, -1).T
+    (table,) = pair_tables(numbers, 90.0 * (numbers.sum(axis=1) % 2))
+    assert len(table.cells) == 800
+    assert table.price == pytest.approx(np.log(1600.0) + gammaln(1601) - 2.0 * gammaln(801))
 
 
 def test_a_table_divides_scores_better_than_any_other_number_of_its_best_cells():
