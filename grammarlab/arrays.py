@@ -39,6 +39,8 @@ first. More are only slower."""
 MANY_COLUMNS = 120
 """Number of columns that a search compares exactly or begins with, those that are likely to explain most or cheapest.
 More are only slower."""
+MOST_COLUMNS = 1_000
+"""Largest number of columns of one recipe, of pairs of choices, and of symbols, lines or flags that are compared."""
 NUM_LEVELS = 12
 """Number of levels or bins of a quantity, or of alternatives of a choice, where a search needs no more. More are only
 slower."""

@@ -11,7 +11,7 @@ from functools import partial, reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from grammarlab.arrays import Flags, Floats
+from grammarlab.arrays import MOST_COLUMNS, Flags, Floats
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
 from grammarlab.learning.chosen_candidates import chosen_candidates
 from grammarlab.learning.designs.design_space import AbstractDesignSpace, Designs
@@ -21,7 +21,7 @@ from grammarlab.preference.judge.judge import judged
 from grammarlab.preference.judge.votes import Vote
 from grammarlab.preference.judge.weighted_sums import Measures
 from grammarlab.tastes.language import Candidates
-from grammarlab.tastes.quantities import MOST_COLUMNS, is_short
+from grammarlab.tastes.quantities import is_short
 
 
 def composed_columns(

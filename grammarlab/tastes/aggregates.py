@@ -13,10 +13,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from grammarlab.arrays import MANY_COLUMNS
+from grammarlab.arrays import MANY_COLUMNS, MOST_COLUMNS
 from grammarlab.tastes.basic_quantities import Elements, distinct
 from grammarlab.tastes.quantities import (
-    MOST_COLUMNS,
     Block,
     Quantities,
     Recipe,

@@ -12,10 +12,9 @@ from itertools import product
 
 import numpy as np
 
-from grammarlab.arrays import MANY, SEVERAL, Ints
+from grammarlab.arrays import MANY, MOST_COLUMNS, SEVERAL, Ints
 from grammarlab.tastes.basic_quantities import Elements, distinct
 from grammarlab.tastes.quantities import (
-    MOST_COLUMNS,
     Block,
     Quantities,
     Recipe,

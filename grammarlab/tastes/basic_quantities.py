@@ -12,7 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy.sparse import csr_array
 
-from grammarlab.arrays import NUM_LEVELS, Flags, Floats
+from grammarlab.arrays import MOST_COLUMNS, NUM_LEVELS, Flags, Floats
 from grammarlab.derivation.forest import Forest, Site
 from grammarlab.features.columns.paths import is_quantity
 from grammarlab.features.patterns.counts import count
@@ -21,13 +21,9 @@ from grammarlab.tastes.choice_lines import Lines
 from grammarlab.tastes.choice_pairs import Pair, pairs_beside
 from grammarlab.tastes.choice_places import MAX_CHOICES, Choice, Outcome, as_quantities, choices_of, summed
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.quantities import MOST_COLUMNS, Quantities, joined
+from grammarlab.tastes.quantities import Quantities, joined
 from grammarlab.tastes.roles import Roles
 from grammarlab.tastes.visible_orders import Orders
-
-_MIN_NUMERAL_VALUES = 3
-"""Smallest number of values of a count that is a number of things, instead of whether there is one."""
-
 
 Readers: TypeAlias = Mapping[str, tuple[Pattern, ...]]
 _NONE: Readers = {}
@@ -92,7 +88,8 @@ class Elements:
     @cached_property
     def numerals(self) -> Quantities:
         """Counts of three values or more: numbers of things."""
-        several = [len(np.unique(column)) >= _MIN_NUMERAL_VALUES for column in self.counts.values.T]
+        # A count of two values only says whether there is one more.
+        several = [len(np.unique(column)) > 2 for column in self.counts.values.T]
         return self.counts.take(np.flatnonzero(several))
 
     @cached_property

@@ -12,10 +12,9 @@ from functools import cached_property
 
 import numpy as np
 
-from grammarlab.arrays import Ints
+from grammarlab.arrays import MOST_COLUMNS, Ints
 from grammarlab.features.patterns.pattern import Below, Pattern
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.quantities import MOST_COLUMNS
 from grammarlab.tastes.roles import Roles
 
 MAX_ANCESTORS = 12

@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import MANY, MANY_COLUMNS, Flags, Floats, Ints
+from grammarlab.arrays import MANY, MANY_COLUMNS, MOST_COLUMNS, Flags, Floats, Ints
 from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.choice_lines import Line, Lines
 from grammarlab.tastes.choice_places import total
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.quantities import MOST_COLUMNS, Later, Quantities
+from grammarlab.tastes.quantities import Later, Quantities
 
 _MAX_LEVELS = 3
 """Largest number of levels from a node or a part down to its choice."""

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, TypeAlias, overload
 
 import numpy as np
 
-from grammarlab.arrays import BATCH, Floats, Ints
+from grammarlab.arrays import BATCH, MOST_COLUMNS, Floats, Ints
 from grammarlab.features.expression import MAX_CHARACTERS, MAX_FEATURES
 from grammarlab.features.patterns.operations import apply
 from grammarlab.features.patterns.pattern import Atom, Feature, Formula
@@ -28,8 +28,6 @@ Recipe: TypeAlias = Callable[..., Any]
 """Function of an operation (`applied` or `Formula.of`) and of operands."""
 MAX_TEXT = MAX_CHARACTERS // 4
 """Largest number of characters of a candidate: a function of it can be half an expression, and may name it twice."""
-MOST_COLUMNS = 1_000
-"""Largest number of columns of one recipe, of pairs of choices, and of symbols or lines that are compared."""
 
 
 class Later(Sequence[Formula | Atom]):

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.arrays import Flags, Ints
+from grammarlab.arrays import MOST_COLUMNS, Flags, Ints
 from grammarlab.features.patterns.pattern import Below, Formula, Pattern
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.choice_pairs import Pairs, of_neighbours, of_three, pairs_below
 from grammarlab.tastes.choice_places import summed
-from grammarlab.tastes.quantities import MOST_COLUMNS, Block, Quantities, Recipe, as_block, blocks, nearest_pairs
+from grammarlab.tastes.quantities import Block, Quantities, Recipe, as_block, blocks, nearest_pairs
 
 
 def roles(elements: Elements) -> Iterator[Block]:

@@ -14,9 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammarlab.arrays import NUM_LEVELS, Ints, connected
+from grammarlab.arrays import MOST_COLUMNS, NUM_LEVELS, Ints, connected
 from grammarlab.tastes.labelled_nodes import LabelledNodes
-from grammarlab.tastes.quantities import MOST_COLUMNS
 
 _MIN_AGREEING = 2
 """Smallest number of alternatives with the same name of symbols of one role."""

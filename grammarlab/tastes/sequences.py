@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from grammarlab.arrays import MANY, MANY_COLUMNS, Ints
+from grammarlab.arrays import MANY, MANY_COLUMNS, MOST_COLUMNS, Ints
 from grammarlab.features.patterns.operations import SEQUENCE_RELATIONS
 from grammarlab.features.patterns.pattern import Atom, Formula
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.choice_places import Choice, are_short, as_quantities
-from grammarlab.tastes.quantities import MOST_COLUMNS, Block, Later, Quantities, Recipe, as_block, blocks
+from grammarlab.tastes.quantities import Block, Later, Quantities, Recipe, as_block, blocks
 
 
 def choices(elements: Elements) -> Iterator[Block]:

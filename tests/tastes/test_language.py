@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from grammarlab.arrays import MOST_COLUMNS
 from grammarlab.derivation.derive import derive
 from grammarlab.derivation.forest import Forest
 from grammarlab.derivation.selection import join_forests
@@ -18,7 +19,7 @@ from grammarlab.learning.chosen_candidates import chosen_candidates
 from grammarlab.tastes import aggregates, language
 from grammarlab.tastes.basic_quantities import Elements
 from grammarlab.tastes.language import MAX_CANDIDATES, PRODUCTIONS, candidates, priced
-from grammarlab.tastes.quantities import MOST_COLUMNS, Quantities, blocks
+from grammarlab.tastes.quantities import Quantities, blocks
 from tests.tastes.grammars import GRAMMARS, READERS, elements_of, elements_of_long_names, forests_of
 
 

@@ -154,11 +154,12 @@ class _Search:
 
     def starts(self) -> list[tuple[_Sets, float]]:
         """Pairs of parts, and whether designs that have both are liked more (1) or less (-1) than others."""
-        number, likes = self._has.T @ self._has, (self._has * self._likes[:, None]).T @ self._has
-        first, second = np.triu_indices(len(number), 1)
-        gains, sign = self._gains(number, likes)[first, second], np.sign(likes - number * self._mean)[first, second]
-        best = np.argsort(-gains, kind="stable")[:SEVERAL]
-        pairs = zip(first[best].tolist(), second[best].tolist(), sign[best].tolist(), strict=True)
+        first, second = np.triu_indices(self._has.shape[1], 1)
+        number = (self._has.T @ self._has)[first, second]
+        likes = ((self._has * self._likes[:, None]).T @ self._has)[first, second]
+        best = np.argsort(-self._gains(number, likes), kind="stable")[:SEVERAL]
+        sign = np.sign(likes[best] - number[best] * self._mean)
+        pairs = zip(first[best].tolist(), second[best].tolist(), sign.tolist(), strict=True)
         return [((frozenset({one}), frozenset({other})), sign) for one, other, sign in pairs]
 
     def grown(self, sets: _Sets, sign: float) -> tuple[_Sets, float]:

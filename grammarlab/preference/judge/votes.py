@@ -13,14 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammarlab.arrays import MANY, ROUNDING, Floats
+from grammarlab.arrays import MANY, MOST_COLUMNS, ROUNDING, Floats
 from grammarlab.preference.growth.screening import explained
 from grammarlab.preference.judge.parities import odd_sets
 
 MAX_TERMS = 5
 """Largest number of columns of a sum, and of flags that are counted together."""
-_MAX_PAIRED = 1_000
-"""Largest number of flags of which pairs are tried, those that are most even."""
 
 
 class Vote(NamedTuple):
@@ -58,7 +56,7 @@ def votes(flags: Floats, scores: Floats) -> list[Vote]:
 
 def _pairs(flags: Floats, scores: Floats) -> Iterator[Vote]:
     """Either of two flags but not both."""
-    even = np.argsort(np.abs(flags.mean(axis=0) - 0.5), kind="stable")[:_MAX_PAIRED]
+    even = np.argsort(np.abs(flags.mean(axis=0) - 0.5), kind="stable")[:MOST_COLUMNS]
     signs = 2.0 * flags[:, even] - 1.0
     centred = scores - scores.mean()
     means = signs.T @ signs / len(scores)
