@@ -17,6 +17,7 @@ from grammarlab.arrays import Floats, Ints
 from grammarlab.errors import GrammarlabError
 from grammarlab.preference.base import Prediction
 from grammarlab.preference.observations import Observations
+from grammarlab.preference.person import DISLIKED
 
 MAX_ROWS = 4096
 """Largest number of rows that a process is conditioned on, and of predictions in one block: a budget of memory."""
@@ -64,7 +65,8 @@ class Posterior:
     compared: Floats | None = None
     """[n] 1 if a row is subtracted, otherwise 0."""
     level: float = 0.0
-    """Subtracted from all means: comparisons alone leave it open, so their rows have the mean of the prior, 0."""
+    """Subtracted from all means: comparisons alone leave it open, so that as many of their rows are disliked as before
+    any label."""
 
     def predict(self, rows: Floats) -> Prediction:
         """Mean (Equation 4.4) and standard deviation (4.5) of the scores of rows [m, F]."""
@@ -140,4 +142,4 @@ def condition(hyperparameters: Hyperparameters, observations: Observations) -> P
     )
     if compared is None or not compared.all():
         return posterior
-    return replace(posterior, level=float(posterior.predict(observations.all_rows).mean.mean()))
+    return replace(posterior, level=float(np.quantile(posterior.predict(observations.all_rows).mean, DISLIKED)))
