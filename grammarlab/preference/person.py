@@ -174,6 +174,12 @@ def possible_values() -> Floats:
     return np.arange(0.0, MAX_SCORE + VALUE_STEP / 2.0, VALUE_STEP)
 
 
+def prior_of_values() -> Floats:
+    """[G] prior probability of each of `possible_values`."""
+    num = len(possible_values())
+    return np.append(DISLIKED, np.full(num - 1, (1.0 - DISLIKED) / (num - 1)))
+
+
 def log_likelihood(scores: Floats | Intervals, values: Floats, noise: float, blunders: float) -> Singles:
     """[n, G] log p(y | v) of labels [n] for values [G], 0 to 100.
 

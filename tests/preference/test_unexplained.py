@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from scipy.special import gammaln
 from scipy.stats import norm
 
-from grammarlab.preference.person import PERSONS
-from grammarlab.preference.unexplained import distribution, folds_of, unexplained
+from grammarlab.preference import unexplained as module
+from grammarlab.preference.person import PERSONS, Person, log_likelihood, possible_values, prior_of_values
+from grammarlab.preference.unexplained import distribution, folds_of, log_evidence_of_values, unexplained
 
 GRID = np.append(np.arange(0.0, 101.0, 4.0), 30.0)
 
@@ -115,3 +117,35 @@ def test_equal_rows_are_held_out_together_and_parts_are_alike():
     assert sorted(folds_of(np.eye(5), 1).tolist()) == [0, 1, 2, 3, 4]
     assert np.array_equal(fold, folds_of(rows, 5))
     assert not np.array_equal(fold, folds_of(rows, 6))
+
+
+@pytest.mark.parametrize(
+    "scores", [[0.0], [0.0, 0.0, 100.0], [100.0] * 20 + [0.0] * 12 + [48.0] * 3, [52.0, 4.0, 96.0]]
+)
+def test_values_of_exact_scores_have_the_evidence_of_a_dirichlet_process(monkeypatch, scores):
+    """Each distinct value costs its prior, and each score what the urn of Blackwell and MacQueen says."""
+    monkeypatch.setattr(module, "PERSONS", (Person(0.01, 0.0),))
+    values, counts = np.unique(scores, return_counts=True)
+    prior = prior_of_values()[np.searchsorted(possible_values(), values)]
+    exact = np.log(prior).sum() + gammaln(counts).sum() - gammaln(1.0 + len(scores))
+    # After the first score of a value others of it come from the prior as well.
+    exact += sum(np.log1p(p / np.arange(1.0, n)).sum() for p, n in zip(prior, counts, strict=True))
+    assert log_evidence_of_values(np.array(scores)) == pytest.approx(exact, abs=1e-4)
+
+
+def test_the_evidence_of_values_is_that_of_a_distribution_over_scores(monkeypatch):
+    """Of two scores, all orders of which are equally likely: the sum of all probabilities is 1."""
+    person = Person(10.0, 0.1)
+    monkeypatch.setattr(module, "PERSONS", (person,))
+    points = np.arange(0.0, 101.0, 1.0)
+    likelihoods = np.exp(log_likelihood(points, possible_values(), *person))
+    first = likelihoods @ prior_of_values()
+    assert first.sum() == pytest.approx(1.0, abs=1e-3)
+    for score in (0.0, 37.0, 100.0):
+        both = sum(np.exp(log_evidence_of_values(np.array([score, other])) + person.price) for other in points)
+        assert both == pytest.approx(first[int(score)], rel=0.05)
+
+
+def test_the_evidence_of_values_knows_no_order_of_scores():
+    scores = np.random.default_rng(1).integers(0, 101, 40).astype(float)
+    assert log_evidence_of_values(scores) == log_evidence_of_values(scores[::-1])

@@ -4,8 +4,7 @@ An explanation is a tree or a line, with the errors of the person. Its total is 
 description length of the explanation, in nats. The composed columns of the best explanation are accepted if its total
 exceeds that of the best explanation of known columns, and that of one distribution of values, whatever the columns say
 (`grammarlab.preference.unexplained`); nothing else decides. Without this rival a division of 24 noisy scores into good
-and bad ones would be proven by saying what scores there are: a tree of one leaf has to learn that first. Its total is
-the log-likelihood of scores that are held out in turn, unlike the evidence of trees and lines.
+and bad ones would be proven by saying what scores there are: a tree of one leaf has to learn that first.
 """
 
 from __future__ import annotations
@@ -26,8 +25,8 @@ from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.votes import Vote, votes
 from grammarlab.preference.judge.weighted_sums import Measures, WeightedSum, weighted_sums
 from grammarlab.preference.lines.line_preference import best_line
-from grammarlab.preference.person import START_PERSONS, Person, possible_values
-from grammarlab.preference.unexplained import folds_of, unexplained
+from grammarlab.preference.person import START_PERSONS, Person
+from grammarlab.preference.unexplained import log_evidence_of_values
 
 
 @dataclass(frozen=True)
@@ -76,8 +75,7 @@ def judged(
     base = best_tree(labels, START_PERSONS)
     best_known = _better(base.explanation, _best_line(labels))
     # As in `unexplained_scores`, scores of an undivided tree have any distribution, or values have one, with even odds.
-    of_values = unexplained(scores, folds_of(known, 0), possible_values()).log_evidence
-    nothing = of_values - float(np.log(2.0)) + log_leaf(0)
+    nothing = log_evidence_of_values(scores) - float(np.log(2.0)) + log_leaf(0)
     to_beat = max(best_known.total, nothing)
     person = base.explanation.person
     evidence = labels.evidence.for_person(person)

@@ -18,7 +18,7 @@ import numpy as np
 
 from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
-from grammarlab.preference.person import DISLIKED, Person, log_likelihood, possible_values
+from grammarlab.preference.person import Person, log_likelihood, possible_values, prior_of_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class LeafEvidence:
         """[...] log-evidence of parts from the sums [..., G + T] of their terms; an empty one has 0."""
         flat = sums.reshape(-1, sums.shape[-1])
         size = self.log_likelihood.shape[1]
-        of_values = flat[:, :size] + _log_prior()
+        of_values = flat[:, :size] + np.log(prior_of_values())
         highest = of_values.max(axis=1)
         one_value = np.log(np.exp(of_values - highest[:, None]).sum(axis=1)) + highest
         any_value = self.unexplained.log_evidence(flat[:, size:])
@@ -71,11 +71,3 @@ class LeafEvidence:
     def best_possible(self, labels: Ints) -> float:
         """Upper bound on the evidence of divisions of some labels: probabilities are at most 1."""
         return 0.0
-
-
-def _log_prior() -> Floats:
-    """[G] log of the prior of the values."""
-    num = len(possible_values())
-    prior = np.full(num, (1.0 - DISLIKED) / (num - 1))
-    prior[0] = DISLIKED
-    return np.log(prior)
