@@ -2,7 +2,8 @@
 
 The labels are in a few bins by the rank of their value, equal values together. A division cuts the bins
 into intervals: a bound, a band, one level among others and all levels apart are the same operation. The best one is
-found by dynamic programming over the evidence of all intervals.
+found by dynamic programming over the evidence of all intervals, for each number of bounds: bounds are a set, which is
+one of all with so many.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from scipy.special import gammaln
 
 from grammarlab.arrays import Floats, Ints
 
@@ -24,16 +26,18 @@ class Cuts:
     """[K] evidence of the parts and log-probability of the bounds; minus infinity for constant columns."""
     widths: Ints
     """[K] number of bins."""
+    numbers: Ints
+    """[K] number of bounds, >= 1; arbitrary for constant columns."""
     previous: Ints
-    """[K, bins + 1] first bin of the last interval of the best division of the bins before each one."""
+    """[K, bins, bins + 1] first bin of the last interval of the best division of the bins before each one by each
+    number of bounds."""
 
     def first(self, index: int) -> tuple[int, ...]:
         """First bin of each interval but the lowest, ascending, by one of the columns."""
-        bounds, before = list[int](), self.previous[index].tolist()
-        bound = before[int(self.widths[index])]
-        while bound > 0:
+        bounds, bound = list[int](), int(self.widths[index])
+        for number in range(int(self.numbers[index]), 0, -1):
+            bound = int(self.previous[index, number, bound])
             bounds.append(bound)
-            bound = before[bound]
         return tuple(bounds[::-1])
 
 
@@ -47,17 +51,17 @@ def best_cuts(codes: Ints, terms: Floats, of_sums: Callable[[Floats], Floats]) -
     """
     widths = codes.max(axis=1) + 1
     of_interval = _of_intervals(codes, widths, terms, of_sums)
-    every, num_places = np.arange(len(codes)), np.maximum(widths - 1, 1)
-    price = np.log(num_places) + np.log(2.0)
-    best = np.full((len(codes), int(widths.max()) + 1), -np.inf)
+    every, most = np.arange(len(codes)), int(widths.max())
+    best = np.full((len(codes), most, most + 1), -np.inf)
     previous = np.zeros(best.shape, dtype=np.int64)
-    # Each interval is priced but the lowest.
-    best[:, 0] = price
-    for end in range(1, best.shape[1]):
-        through = best[:, :end] + of_interval[:, :end, end]
-        previous[:, end] = through.argmax(axis=1)
-        best[:, end] = through[every, previous[:, end]] - price
-    return Cuts(best[every, widths] - np.log1p(-(0.5**num_places)), widths, previous)
+    best[:, 0] = of_interval[:, 0]
+    for end in range(2, most + 1):
+        through = best[:, :-1, 1:end] + of_interval[:, None, 1:end, end]
+        previous[:, 1:, end] = through.argmax(axis=2) + 1
+        best[:, 1:, end] = through.max(axis=2)
+    totals = best[every, :, widths] - _prices(most, widths - 1)
+    numbers = totals.argmax(axis=1)
+    return Cuts(totals[every, numbers], widths, numbers, previous)
 
 
 def all_cuts(codes: Ints, terms: Floats, of_sums: Callable[[Floats], Floats], of_part: float) -> Floats:
@@ -71,28 +75,40 @@ def all_cuts(codes: Ints, terms: Floats, of_sums: Callable[[Floats], Floats], of
     """
     widths = codes.max(axis=1) + 1
     of_interval = _of_intervals(codes, widths, terms, of_sums) + of_part
-    every, num_places = np.arange(len(codes)), np.maximum(widths - 1, 1)
-    price = np.log(num_places) + np.log(2.0)
-    total = np.full((len(codes), int(widths.max()) + 1), -np.inf)
-    total[:, 0] = price
-    for end in range(1, total.shape[1]):
-        total[:, end] = np.logaddexp.reduce(total[:, :end] + of_interval[:, :end, end], axis=1) - price
-    return total[every, widths] - np.log1p(-(0.5**num_places))
+    most = int(widths.max())
+    total = np.full((len(codes), most, most + 1), -np.inf)
+    total[:, 0] = of_interval[:, 0]
+    for end in range(2, most + 1):
+        through = total[:, :-1, 1:end] + of_interval[:, None, 1:end, end]
+        total[:, 1:, end] = np.logaddexp.reduce(through, axis=2)
+    return np.logaddexp.reduce(total[np.arange(len(codes)), :, widths] - _prices(most, widths - 1), axis=1)
 
 
 def price_of_bounds(num: int, num_places: int) -> float:
-    """Description length of the bounds of a division in nats: each is at one of the places between different values.
+    """Description length of the bounds of a division in nats: a set of some of the places between different values.
 
-    There is another bound with even odds, until there are as many as places.
+    There is another bound with even odds, until there are as many as places, and all sets of one size are equally
+    likely.
 
     Args:
         num: number of bounds.
         num_places: >= 1.
 
-    >>> price_of_bounds(1, 1), round(price_of_bounds(1, 4), 3)
-    (0.0, 2.015)
+    >>> price_of_bounds(1, 1), round(price_of_bounds(1, 4), 3), round(price_of_bounds(4, 4), 3)
+    (0.0, 2.015, 2.708)
     """
-    return float(num * (np.log(num_places) + np.log(2.0)) + np.log1p(-(0.5**num_places)))
+    return float(_prices(num + 1, np.array([num_places]))[0, num])
+
+
+def _prices(most: int, num_places: Ints) -> Floats:
+    """[K, most] `price_of_bounds` for each number of bounds below ``most`` at numbers of places [K]; infinite for none.
+
+    A column without places has no division.
+    """
+    numbers, places = np.arange(most), np.maximum(num_places, 1)[:, None]
+    sets = gammaln(places + 1.0) - gammaln(numbers + 1.0) - gammaln(np.maximum(places - numbers, 0) + 1.0)
+    prices = numbers * np.log(2.0) + sets + np.log1p(-(0.5**places))
+    return np.where((numbers > 0) & (numbers <= num_places[:, None]), prices, np.inf)
 
 
 def _of_intervals(codes: Ints, widths: Ints, terms: Floats, of_sums: Callable[[Floats], Floats]) -> Floats:

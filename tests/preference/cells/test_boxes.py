@@ -139,18 +139,21 @@ def situation_of(rows: np.ndarray, scores: np.ndarray) -> tuple[Situation, blend
 
 @takes_turns
 def test_questions_are_about_what_boxes_dispute():
-    rows, scores = labelled(5, 120)
-    situation, preference = situation_of(rows, scores)
-    asked = propose("default", situation, 16, seed=1)
-    assert len(np.unique(asked)) == 16
-    assert not np.isin(asked, situation.scored).any()
-    x = situation.pool
-    clauses = [x[:, 0] > 0.5, x[:, 1] < 0.6, x[:, 2] > 0.2, x[:, 2] < 0.7, x[:, 3] > 0.3, x[:, 4] < 0.8, x[:, 4] > 0.3]
-    num_wrong = np.sum(~np.array(clauses), axis=0)
+    wrong = list[float]()
+    for seed in (5, 7):
+        rows, scores = labelled(seed, 120)
+        situation, preference = situation_of(rows, scores)
+        asked = propose("default", situation, 16, seed=1)
+        assert len(np.unique(asked)) == 16
+        assert not np.isin(asked, situation.scored).any()
+        x = situation.pool
+        clauses = [x[:, 0] > 0.5, x[:, 1] < 0.6, x[:, 2] > 0.2, x[:, 2] < 0.7]
+        clauses += [x[:, 3] > 0.3, x[:, 4] < 0.8, x[:, 4] > 0.3]
+        wrong.append(np.sum(~np.array(clauses), axis=0)[asked].mean())
+        shares, values = preference.partition.opinions(x[asked])
+        assert np.mean(np.abs(shares @ values - 50.0) < 35.0) > 0.7
     # Models at random have 2.2 wrong clauses; the others are nearly liked, or liked, and nobody knows it.
-    assert num_wrong[asked].mean() < 1.6
-    shares, values = preference.partition.opinions(x[asked])
-    assert np.mean(np.abs(shares @ values - 50.0) < 35.0) > 0.7
+    assert np.mean(wrong) < 1.6
 
 
 def test_while_nothing_is_liked_questions_about_continuous_columns_are_random():

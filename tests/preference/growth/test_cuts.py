@@ -1,11 +1,12 @@
 """Bins, divisions and screening: the best divisions and the sum of all by brute force, at their prices."""
 
-from itertools import combinations, pairwise
+from itertools import combinations, pairwise, permutations
+from math import comb
 
 import numpy as np
 import pytest
 
-from grammarlab.preference.growth.cuts import all_cuts, best_cuts
+from grammarlab.preference.growth.cuts import all_cuts, best_cuts, price_of_bounds
 from grammarlab.preference.growth.ranks import binned, ranks_of
 from grammarlab.preference.growth.screening import explained
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
@@ -45,8 +46,9 @@ def test_the_best_division_of_a_column_and_the_sum_of_all_are_those_of_brute_for
             part = np.searchsorted(present[list(bounds)], column[chosen], side="right")
             total = sum(evidence.of_labels(chosen[part == index]) for index in range(number + 1))
             places = len(present) - 1
-            # The number of bounds is geometric, and there are at most as many as places.
-            price = number * np.log(2.0 * places) + np.log(sum(0.5**count for count in range(1, places + 1)))
+            # The number of bounds is geometric, at most that of places, and each set of so many is as likely.
+            price = np.log(comb(places, number)) + number * np.log(2.0)
+            price += np.log(sum(0.5**count for count in range(1, places + 1)))
             best = max(best, total - price)
             every.append(total - price - 0.7 * (number + 1))
     assert all_cuts(codes, evidence.terms[chosen], evidence.of_sums, -0.7)[0] == pytest.approx(
@@ -58,6 +60,20 @@ def test_the_best_division_of_a_column_and_the_sum_of_all_are_those_of_brute_for
     parts = [chosen[part_of == part] for part in range(len(found.first(0)) + 1)]
     assert sum(evidence.of_labels(part) for part in parts) > best
     assert all(column[low].max() < column[high].min() for low, high in pairwise(parts))
+
+
+@pytest.mark.parametrize("num_places", range(1, 7))
+def test_bounds_are_a_set(num_places):
+    """A set is as likely as all orders of its bounds together, and all sets sum to 1."""
+    sets: dict[frozenset[int], float] = {}
+    for number in range(1, num_places + 1):
+        orders = list(permutations(range(num_places), number))
+        for order in orders:
+            of_number = 0.5**number / (1.0 - 0.5**num_places)
+            sets[frozenset(order)] = sets.get(frozenset(order), 0.0) + of_number / len(orders)
+    assert sum(sets.values()) == pytest.approx(1.0)
+    for bounds, probability in sets.items():
+        assert price_of_bounds(len(bounds), num_places) == pytest.approx(-np.log(probability))
 
 
 def test_screening_measures_means_and_forgives_chance():
