@@ -6,9 +6,9 @@ whose evidence is a product over the nodes of a tree of halves: at a node with a
     B(alpha + a, alpha + b) / B(alpha, alpha).
 
 Scores of 0 and of 100 are split off first, since noise is clipped there; below are halves of the points 1 to 99. The
-evidence depends on counts only, so it is the same in any order of the scores. Two priors have even odds: one for a few
-repeated scores, with the same alpha at every depth, and one for smooth distributions, whose alpha grows with the square
-of the depth.
+evidence depends on counts only, so it is the same in any order of the scores. Four priors have even odds: alpha is the
+same at every depth, for a few repeated scores, or grows with the square of the depth, for smooth distributions; and
+halves end at single points or at parts of a few points, in which all are equally likely, for scores that noise spreads.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
-from grammarlab.arrays import MANY, Floats, Ints
+from grammarlab.arrays import Floats, Ints
 from grammarlab.preference.base import MAX_SCORE
 from grammarlab.preference.person import VALUE_STEP
 
@@ -36,8 +36,8 @@ class _Part(NamedTuple):
     high: int
     depth: int
     """Number of nodes above."""
-    is_halved: bool
-    """Whether it has parts."""
+    above: int
+    """Number of points of the node above it; 0 if it has none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,18 +47,25 @@ class UnexplainedScores:
     members: Floats
     """[n, T] whether each score is in each part of the tree; parts with the same scores are one."""
     tables: Floats
-    """[2, T, n + 1] what a part with each number of scores adds to the log-evidence, by both priors."""
+    """[4, T, n + 1] what a part with each number of scores adds to the log-evidence, by each prior."""
 
     @classmethod
     def of(cls, scores: Floats) -> UnexplainedScores:
         """The evidence of subsets of scores [n], 0-100."""
-        points = np.rint(scores)
-        parts = _parts(1 if len(np.unique(points)) <= MANY else int(VALUE_STEP))
-        low, high, depth, is_halved = (np.array(column) for column in zip(*parts, strict=True))
-        inside, numbers = (points[:, None] >= low) & (points[:, None] <= high), np.arange(len(scores) + 1)
-        even = -numbers * np.log(high - low + 1)[:, None]
-        tables = np.where(is_halved[:, None], -_rising(2.0 * _alphas(depth), numbers), even)
-        tables += _rising(_alphas(depth - 1), numbers) * (depth > 0)[:, None]
+        points, numbers = np.rint(scores), np.arange(len(scores) + 1)
+        low, high, depth, above = (np.array(column) for column in zip(*_parts(), strict=True))
+        inside, size = (points[:, None] >= low) & (points[:, None] <= high), high - low + 1
+        depths = np.arange(depth.max() + 1)
+        split = -_rising(2.0 * _alphas(depths), numbers)[:, depth]
+        chosen = _rising(_alphas(depths - 1), numbers)[:, depth]
+        even = -numbers * np.log(size)[:, None]
+        tables = np.concatenate(
+            [
+                np.where((size > narrowest)[:, None], split, even * (above > narrowest)[:, None])
+                + chosen * (above > narrowest)[:, None]
+                for narrowest in (1, int(VALUE_STEP))
+            ]
+        )
         members, same = np.unique(inside, axis=1, return_inverse=True)
         one_of = (same.reshape(-1) == np.arange(members.shape[1])[:, None]).astype(np.float64)
         return cls(members.astype(np.float64), one_of @ tables)
@@ -72,8 +79,8 @@ class UnexplainedScores:
         """
         num_parts, num_counts = self.tables.shape[1:]
         index = np.rint(counts).astype(np.int64) + np.arange(num_parts) * num_counts
-        repeated, smooth = (np.take(table, index).sum(axis=1) for table in self.tables)
-        return np.logaddexp(repeated, smooth) - np.log(2.0)
+        by_prior = [np.take(table, index).sum(axis=1) for table in self.tables]
+        return np.logaddexp.reduce(by_prior) - np.log(len(by_prior))
 
 
 def log_evidence_of_nothing(scores: Floats, of_values: float) -> float:
@@ -98,26 +105,25 @@ def _alphas(depth: Ints) -> Floats:
 
 
 @cache
-def _parts(narrowest: int) -> tuple[_Part, ...]:
-    """All parts of the tree; those of at most ``narrowest`` scores are not halved."""
+def _parts() -> tuple[_Part, ...]:
+    """All parts of the tree."""
     last = int(MAX_SCORE)
     return (
-        _Part(0, last, 0, True),
-        _Part(0, 0, 1, False),
-        _Part(1, last, 1, True),
-        _Part(last, last, 2, False),
-        *_halves(1, last - 1, 2, narrowest),
+        _Part(0, last, 0, 0),
+        _Part(0, 0, 1, last + 1),
+        _Part(1, last, 1, last + 1),
+        _Part(last, last, 2, last),
+        *_halves(1, last - 1, 2, last),
     )
 
 
-def _halves(low: int, high: int, depth: int, narrowest: int) -> Iterator[_Part]:
+def _halves(low: int, high: int, depth: int, above: int) -> Iterator[_Part]:
     """A part and all parts below it."""
-    is_halved = high - low + 1 > narrowest
-    yield _Part(low, high, depth, is_halved)
-    if is_halved:
-        middle = (low + high) // 2
-        yield from _halves(low, middle, depth + 1, narrowest)
-        yield from _halves(middle + 1, high, depth + 1, narrowest)
+    yield _Part(low, high, depth, above)
+    if high > low:
+        middle, size = (low + high) // 2, high - low + 1
+        yield from _halves(low, middle, depth + 1, size)
+        yield from _halves(middle + 1, high, depth + 1, size)
 
 
 def _rising(alphas: Floats, numbers: Ints) -> Floats:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.special import ndtr
 
-from grammarlab.preference.judge import unexplained_scores
 from grammarlab.preference.judge.leaf_evidence import LeafEvidence
 from grammarlab.preference.judge.unexplained_scores import UnexplainedScores
 from grammarlab.preference.person import DISLIKED, Person, possible_values
@@ -18,14 +17,21 @@ def of_all(scores):
     return float(evidence.log_evidence(evidence.members.sum(axis=0)[None])[0])
 
 
-@pytest.mark.parametrize("most_repeated", [1000, 24], ids=["each point", "parts of four points"])
-def test_unexplained_scores_are_a_distribution(monkeypatch, most_repeated):
-    monkeypatch.setattr(unexplained_scores, "MANY", most_repeated)
+def test_unexplained_scores_are_a_distribution():
     evidence = UnexplainedScores.of(np.arange(101.0))
     single = evidence.members
     assert np.exp(evidence.log_evidence(single)).sum() == pytest.approx(1.0)
     pairs = single[:, None] + single[None]
     assert np.exp(evidence.log_evidence(pairs.reshape(-1, single.shape[1]))).sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("num_different", [2, 24, 25, 60])
+def test_the_next_score_has_a_distribution_however_many_different_scores_there_are(num_different):
+    """No rule changes when another score differs: the evidence with each possible next score sums to that without."""
+    randomness = np.random.default_rng(num_different)
+    scores = randomness.permutation(np.repeat(randomness.permutation(101)[:num_different], 3))
+    following = [of_all([*scores, score]) - of_all(scores) for score in range(101)]
+    assert np.exp(following).sum() == pytest.approx(1.0)
 
 
 def test_the_order_of_unexplained_scores_does_not_matter():
@@ -34,20 +40,25 @@ def test_the_order_of_unexplained_scores_does_not_matter():
 
 
 def test_each_score_is_predicted_from_those_before():
-    """The evidence is a product of predictions of a Polya urn at every node, for each of two priors."""
+    """The evidence is a product of predictions of a Polya urn at every node, for each of four priors."""
 
-    def urns(scores, power):
+    def urns(scores, power, narrowest):
         log_evidence = 0.0
         for number, score in enumerate(scores):
             before = np.array(scores[:number])
             for (low, high), sides, depth in nodes():
-                if not low <= score <= high:
+                if not low <= score <= high or low == high:
+                    continue
+                if high - low + 1 <= narrowest:
+                    log_evidence -= np.log(high - low + 1) * (above[low, high] > narrowest)
                     continue
                 counts = [((before >= a) & (before <= b)).sum() for a, b in sides]
                 alpha = 0.5 * max(depth, 1) ** power
                 side = next(index for index, (a, b) in enumerate(sides) if a <= score <= b)
                 log_evidence += np.log((alpha + counts[side]) / (2.0 * alpha + sum(counts)))
         return log_evidence
+
+    above = {}
 
     def nodes():
         yield (0, 100), [(0, 0), (1, 100)], 0
@@ -60,10 +71,11 @@ def test_each_score_is_predicted_from_those_before():
                 sides = [(low, middle), (middle + 1, high)]
                 yield (low, high), sides, depth
                 waiting += [(side, depth + 1) for side in sides]
+                above.update(dict.fromkeys(sides, high - low + 1))
 
     scores = [0, 60, 62, 0, 100, 60]
-    expected = np.logaddexp(urns(scores, 0.0), urns(scores, 2.0)) - np.log(2.0)
-    assert of_all(scores) == pytest.approx(expected)
+    by_prior = [urns(scores, power, narrowest) for power in (0.0, 2.0) for narrowest in (1, 4)]
+    assert of_all(scores) == pytest.approx(np.logaddexp.reduce(by_prior) - np.log(4.0))
 
 
 def test_repeated_scores_and_smooth_ones_are_both_likely():
